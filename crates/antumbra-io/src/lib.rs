@@ -1,0 +1,2 @@
+//! Scene files in, pictures and data out.
+#![forbid(unsafe_code)]

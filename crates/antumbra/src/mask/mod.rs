@@ -1,0 +1,8 @@
+//! The answer: one byte a sample.
+
+/// The light reaches the sample.
+pub const LIT: u8 = 0;
+/// At least one triangle blocks it.
+pub const SHADOWED: u8 = 1;
+/// No sample here (background).
+pub const NONE: u8 = 255;

@@ -1,0 +1,1 @@
+//! Seeded scenes made in code.

@@ -1,0 +1,1 @@
+//! From samples and masks to a picture.
