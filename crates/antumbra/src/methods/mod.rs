@@ -1,1 +1,72 @@
-//! Who finds the blocking triangle.
+//! Who finds the blocking triangle. All methods have one shape, [`Method::shadow`], and one answer.
+
+mod catalogue;
+mod oracle;
+mod stats;
+
+pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
+pub use oracle::Oracle;
+pub use stats::{Stage, Stats, StatsBuilder};
+
+use crate::scene::{InputError, Triangle};
+
+/// The points that are asked: rows of positions, NaN = no sample here.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    /// World space, row by row.
+    pub positions: &'a [[f32; 3]],
+    /// Samples a row. Neighbours in the picture are neighbours in space: methods may use it, never rely on it.
+    /// For a bare list: its length.
+    pub width: usize,
+}
+
+impl<'a> Samples<'a> {
+    /// Points in no particular order.
+    pub fn list(positions: &'a [[f32; 3]]) -> Samples<'a> {
+        Samples { positions, width: positions.len() }
+    }
+}
+
+/// A shadow method. Scratch memory is kept between calls, results are not: every call answers anew.
+pub trait Method: Send {
+    /// The name in [`CATALOGUE`].
+    fn name(&self) -> &'static str;
+
+    /// Writes [`crate::mask::LIT`], [`crate::mask::SHADOWED`] or [`crate::mask::NONE`] for every sample, using the
+    /// threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// [`InputError`] names a coordinate that is not finite (samples: infinite; NaN means "no sample"), or a mask of
+    /// the wrong length.
+    fn shadow(
+        &mut self,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+        mask: &mut [u8],
+    ) -> Result<Stats, InputError>;
+}
+
+/// The checks at the border, the same for every method.
+pub(crate) fn check_input(
+    triangles: &[Triangle],
+    samples: Samples<'_>,
+    light: [f32; 3],
+    mask: &[u8],
+) -> Result<(), InputError> {
+    crate::scene::check_triangles(triangles)?;
+    if !light.iter().all(|v| v.is_finite()) {
+        return Err(InputError::NotFinite { what: "light", index: 0 });
+    }
+    let limit = u32::MAX as usize - 1;
+    if samples.positions.len() > limit {
+        return Err(InputError::TooMany { what: "samples", got: samples.positions.len(), limit });
+    }
+    if mask.len() != samples.positions.len() {
+        return Err(InputError::Length { what: "mask", got: mask.len(), expected: samples.positions.len() });
+    }
+    if let Some(index) = samples.positions.iter().position(|p| p.iter().any(|v| v.is_infinite())) {
+        return Err(InputError::NotFinite { what: "sample", index });
+    }
+    Ok(())
+}

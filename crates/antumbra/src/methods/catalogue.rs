@@ -1,0 +1,75 @@
+//! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
+
+use super::{Method, Oracle};
+use crate::Isa;
+
+/// What a user wants to know before choosing.
+#[derive(Clone, Copy, Debug)]
+pub struct MethodInfo {
+    /// The name on the command line.
+    pub name: &'static str,
+    /// Other spellings, e.g. those of the comparison framework of Kobrtek et al. 2021.
+    pub aliases: &'static [&'static str],
+    /// Authors, year, section.
+    pub source: &'static str,
+    /// True if the mask equals exact arithmetic in every sample.
+    pub exact: bool,
+    /// One sentence: how it finds blockers.
+    pub idea: &'static str,
+    /// Cost in triangles T and samples N.
+    pub cost: &'static str,
+}
+
+/// All methods, the order of `--methods all`.
+pub const CATALOGUE: &[MethodInfo] = &[MethodInfo {
+    name: "oracle",
+    aliases: &["brute-force"],
+    source: "the definition itself",
+    exact: true,
+    idea: "tests every triangle against every sample in exact arithmetic",
+    cost: "O(T N)",
+}];
+
+/// Options that all methods share.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Instruction set of the kernels.
+    pub isa: Isa,
+    /// Fill the counters that cost time.
+    pub count: bool,
+}
+
+/// A method name that nobody knows.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown method '{name}'; known are: {known}")]
+pub struct UnknownMethod {
+    name: String,
+    known: String,
+}
+
+/// Finds a method by name or alias. `auto` is resolved to the method that it picks.
+///
+/// # Errors
+/// [`UnknownMethod`] lists the names there are.
+pub fn info(name: &str) -> Result<&'static MethodInfo, UnknownMethod> {
+    let lower = name.to_ascii_lowercase();
+    CATALOGUE.iter().find(|m| m.name == lower || m.aliases.contains(&lower.as_str())).ok_or_else(|| {
+        UnknownMethod {
+            name: name.to_owned(),
+            known: CATALOGUE.iter().map(|m| m.name).collect::<Vec<_>>().join(", "),
+        }
+    })
+}
+
+/// Makes a method ready to run.
+///
+/// # Errors
+/// [`UnknownMethod`] lists the names there are.
+pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownMethod> {
+    let _ = options;
+    let method: Box<dyn Method> = match info(name)?.name {
+        "oracle" => Box::new(Oracle),
+        other => unreachable!("{other} is in the catalogue"),
+    };
+    Ok(method)
+}
