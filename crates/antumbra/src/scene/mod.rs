@@ -9,7 +9,7 @@ mod soup;
 pub use camera::Camera;
 pub use light::{Casters, PointLight};
 pub use material::{AlphaMode, Material, Texture, Wrap};
-pub use soup::{InputError, Object, Soup, Triangle};
+pub use soup::{InputError, Object, Soup, Triangle, check_triangles};
 
 /// A scene at one moment: everything in world space, plain data.
 ///
