@@ -167,7 +167,8 @@ impl TriangleBlock {
         let n_mag = cross_abs(edge_abs[2], edge_abs[0], tiny);
         let det = dot(n, rel[0]);
         let det_bound = kappa.mul_add(dot(n_mag, rel_abs[0]), tiny);
-        let sign = f32x8::splat(s, 1.0).copysign(det);
+        // Lanes whose facing is open keep the orientation of the corners: the caller finds the facing and flips.
+        let sign = det.simd_lt(-det_bound).select(f32x8::splat(s, -1.0), f32x8::splat(s, 1.0));
 
         let m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
         let mag = [
@@ -181,7 +182,8 @@ impl TriangleBlock {
         let wild = largest.simd_gt(LIMIT);
         let infinity = f32x8::splat(s, f32::INFINITY);
 
-        let (mut maybe, mut covers) = (live, live);
+        // Some test is certainly negative, some is certainly positive, all are certainly positive.
+        let (mut negative, mut positive, mut covers) = (0u8, 0u8, live);
         store3(&raw[0], &mut out.a);
         (det * sign).store_array(&mut out.det);
         for k in 0..4 {
@@ -192,14 +194,18 @@ impl TriangleBlock {
             let value =
                 oriented[2].mul_add(q[2], oriented[1].mul_add(q[1], oriented[0].mul_add(q[0], constant)));
             let reach = dot(abs(oriented), half) + bound;
-            maybe &= !((value + reach).simd_lt(0.0).to_bitmask() as u8);
-            covers &= (value - reach).simd_gt(0.0).to_bitmask() as u8;
+            negative |= (value + reach).simd_lt(0.0).to_bitmask() as u8;
+            let above = (value - reach).simd_gt(0.0).to_bitmask() as u8;
+            positive |= above;
+            covers &= above;
             store3(&oriented, &mut out.m[k]);
             bound.store_array(&mut out.bound[k]);
         }
         let faces = det.abs().simd_gt(det_bound).to_bitmask() & !wild.to_bitmask();
         let edge_on = live & !(faces as u8);
-        BlockVerdict { maybe: maybe | edge_on, covers: covers & !edge_on, edge_on }
+        // Whichever way an edge-on triangle faces, it blocks nothing if its tests certainly differ in sign.
+        let maybe = (live & !negative) | (edge_on & !positive);
+        BlockVerdict { maybe, covers: covers & !edge_on, edge_on: edge_on & maybe }
     }
 }
 
