@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle, RayCast};
+use super::{Cssv, Method, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -37,6 +37,22 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "cssv",
+        aliases: &["zfail", "shadow-volumes", "stencil"],
+        source: "Kobrtek et al. 2021, section 3.1; Kim, Kim, Turk 2008; Milet et al. 2014",
+        exact: true,
+        idea: "counts the shadow volumes around a sample by the faces that its eye ray crosses beyond it (z-fail)",
+        cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
+    },
+    MethodInfo {
+        name: "zpass",
+        aliases: &["cssv-zpass"],
+        source: "Crow 1977; Kobrtek et al. 2021, section 3.1",
+        exact: true,
+        idea: "as cssv, but counts the faces between eye and sample and the volumes around the eye (z-pass)",
+        cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
     },
 ];
 
@@ -79,6 +95,8 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "cssv" => Box::new(Cssv::new(options)),
+        "zpass" => Box::new(Cssv::z_pass(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)
