@@ -113,7 +113,7 @@ mod tests {
     fn agrees_with_integers_on_a_lattice() {
         let mut state = 7;
         let mut zeros = 0;
-        for _ in 0..20_000 {
+        for _ in 0..40_000 {
             let mut point = || [0; 3].map(|_: i32| (next(&mut state) % 9) as i64 - 4);
             let rows = [(point(), point()), (point(), point()), (point(), point())];
             let d = rows.map(|(t, f)| [t[0] - f[0], t[1] - f[1], t[2] - f[2]]);

@@ -2,7 +2,7 @@
 //!
 //! With `p` a sample relative to the reference point E, a face is three linear functionals `n1 p > 0, n2 p > 0, n3 p > 0`
 //! (does the line through E and the sample pass through the face?) and a fourth, `n4 p` against a constant `K > 0`: where the line
-//! meets the face. `n4 = n1 + n2 + τ n3` costs no memory. With A, B, C, E, P relative to the light and σ = sign det[A, B, E]:
+//! meets the face; `n4 = n1 + n2 + τ n3`. With A, B, C, E, P relative to the light and σ = sign det[A, B, E]:
 //!
 //! ```text
 //!            side of edge AB                   triangle, facing F = sign det[A-E, B-E, C-E]   far cap, facing D
@@ -30,6 +30,7 @@
 //! 2^128, and no product has more than six such factors.
 
 use antumbra_predicates::exact;
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f64x4, mask64x4};
 
 use super::direction;
 use super::reference::{Reference, SKEW};
@@ -53,11 +54,11 @@ pub(super) enum Source {
     FarCap(u32),
 }
 
-/// One face: three functionals, a place, and what crossing it is worth.
+/// One face: four functionals, a place, and what crossing it is worth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
-    pub(super) n: [V3; 3],
-    pub(super) tau: f64,
+    /// By axis, then by functional: four lanes are one face.
+    pub(super) n: [[f64; 4]; 3],
     pub(super) k: f64,
     pub(super) mag: f64,
     pub(super) k_mag: f64,
@@ -98,9 +99,11 @@ fn sum(a: V3) -> f64 {
     a[0] + a[1] + a[2]
 }
 
-/// Makes and decides faces; `PASS` counts between eye and sample, otherwise beyond the sample.
+/// Makes and decides faces.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Faces<'a, const PASS: bool> {
+pub(super) struct Faces<'a> {
+    /// Count between eye and sample (z-pass), otherwise beyond the sample (z-fail).
+    pub(super) pass: bool,
     pub(super) reference: Reference,
     pub(super) light: [f32; 3],
     pub(super) triangles: &'a [Triangle],
@@ -108,17 +111,22 @@ pub(super) struct Faces<'a, const PASS: bool> {
     pub(super) edges: &'a [SilhouetteEdge],
 }
 
-impl<const PASS: bool> Faces<'_, PASS> {
-    fn face(&self, pairs: [[V3; 2]; 3], signs: [i8; 3], weight: i32, source: Source) -> Face {
-        let mut n = [[0.0; 3]; 3];
+impl Faces<'_> {
+    fn face(&self, pairs: [[V3; 2]; 3], signs: [i8; 3], tau: f64, weight: i32, source: Source) -> Face {
+        let mut n = [[0.0; 4]; 3];
         let mut mag = 0.0;
         for i in 0..3 {
             let [a, b] = pairs[i];
             let world = cross(a, b);
-            n[i] = self.reference.axes.map(|axis| dot(world, axis) * f64::from(signs[i]));
+            for (axis, n) in self.reference.axes.iter().zip(&mut n) {
+                n[i] = dot(world, *axis) * f64::from(signs[i]);
+            }
             mag += sum(cross_mag(a, b));
         }
-        Face { n, tau: 1.0, k: f64::INFINITY, mag, k_mag: 0.0, weight, source }
+        for n in &mut n {
+            n[3] = n[0] + n[1] + tau * n[2];
+        }
+        Face { n, k: f64::INFINITY, mag, k_mag: 0.0, weight, source }
     }
 
     /// The side of silhouette edge `index`.
@@ -129,12 +137,12 @@ impl<const PASS: bool> Faces<'_, PASS> {
         let (a, b, e) = (wide(edge.a, light), wide(edge.b, light), wide(point, light));
         let (ae, be) = (wide(edge.a, point), wide(edge.b, point));
         // z-pass enters the sample's side of the plane, which is not the eye's; beyond the sample both are one.
-        let weight = edge.multiplicity * i32::from(if PASS { -sigma } else { sigma });
+        let weight = edge.multiplicity * i32::from(if self.pass { -sigma } else { sigma });
         let pairs = [[a, e], [b, e], [ae, be]];
         let k = dot(cross(a, b), e).abs();
         let k_mag = dot(cross_mag(a, b), e.map(f64::abs));
-        let face = self.face(pairs, [-sigma, sigma, sigma], weight, Source::Side(index));
-        Face { tau: -1.0, k, k_mag, ..face }
+        let face = self.face(pairs, [-sigma, sigma, sigma], -1.0, weight, Source::Side(index));
+        Face { k, k_mag, ..face }
     }
 
     /// Triangle `index` itself; it must not be edge-on.
@@ -144,10 +152,10 @@ impl<const PASS: bool> Faces<'_, PASS> {
         let f = exact::facing(t, point);
         let [a, b, c] = t.map(|v| wide(v, point));
         let d = self.facing[index as usize];
-        let weight = i32::from(if PASS { d * f } else { -d * f });
+        let weight = i32::from(if self.pass { d * f } else { -d * f });
         let k = dot(cross(a, b), c).abs();
         let k_mag = dot(cross_mag(a, b), c.map(f64::abs));
-        let face = self.face([[a, b], [b, c], [c, a]], [f; 3], weight, Source::Cap(index));
+        let face = self.face([[a, b], [b, c], [c, a]], [f; 3], 1.0, weight, Source::Cap(index));
         Face { k, k_mag, ..face }
     }
 
@@ -155,7 +163,7 @@ impl<const PASS: bool> Faces<'_, PASS> {
     pub(super) fn far_cap(&self, index: u32) -> Face {
         let [a, b, c] = self.triangles[index as usize].map(|v| wide(v, self.light));
         let d = self.facing[index as usize];
-        self.face([[a, b], [b, c], [c, a]], [d; 3], 1, Source::FarCap(index))
+        self.face([[a, b], [b, c], [c, a]], [d; 3], 1.0, 1, Source::FarCap(index))
     }
 
     /// Is the face crossed on the way of sample `p`? Exact; `mod.rs` derives the tie-breaks.
@@ -179,18 +187,18 @@ impl<const PASS: bool> Faces<'_, PASS> {
                 let SilhouetteEdge { a, b, .. } = self.edges[index as usize];
                 let sigma = exact::orientation(a, b, e, light);
                 let beyond_plane = exact::side(a, b, p, light) == -sigma;
-                beyond_plane == PASS
+                beyond_plane == self.pass
                     && exact::side(a, e, p, light) == -sigma
                     && exact::side(b, e, p, light) == sigma
                     && passes(a, b) == sigma
-                    && (PASS || ends(a, b) == -sigma)
+                    && (self.pass || ends(a, b) == -sigma)
             }
             Source::Cap(index) => {
                 let t = &self.triangles[index as usize];
                 let f = exact::facing(t, e);
                 // Touching the plane counts as the light's side.
                 let plane = or(exact::beyond(t, p), &|| -self.facing[index as usize]);
-                (plane == f) == PASS
+                (plane == f) == self.pass
                     && passes(t[0], t[1]) == f
                     && passes(t[1], t[2]) == f
                     && passes(t[2], t[0]) == f
@@ -207,31 +215,33 @@ impl<const PASS: bool> Faces<'_, PASS> {
 impl Face {
     /// What the face does to every sample of `region`. Certain.
     #[inline(always)]
-    pub(super) fn against<const PASS: bool>(&self, region: &Region) -> Verdict {
+    pub(super) fn against<S: Simd>(&self, s: S, pass: bool, region: &Region) -> Verdict {
+        let [x, y, w] = [0, 1, 2].map(|k| f64x4::load_array_ref(s, &self.n[k]));
+        let middle = y.mul_add(region.middle[1], x.mul_add(region.middle[0], w));
         let margin = MARGIN * (self.mag * region.scale + self.k_mag * region.inverse[1]);
-        let at = |n: &V3| {
-            let middle = n[0] * region.middle[0] + n[1] * region.middle[1] + n[2];
-            let reach = n[0].abs() * region.half[0] + n[1].abs() * region.half[1] + margin;
-            (middle - reach, middle + reach)
-        };
-        let n4 = [0, 1, 2].map(|k| self.n[0][k] + self.n[1][k] + self.tau * self.n[2][k]);
-        let (v1, v2, v3, v4) = (at(&self.n[0]), at(&self.n[1]), at(&self.n[2]), at(&n4));
-        let place = (self.k * region.inverse[0], self.k * region.inverse[1]);
-        let all = v1.0 > 0.0 && v2.0 > 0.0 && v3.0 > 0.0;
-        if v1.1 < 0.0 || v2.1 < 0.0 || v3.1 < 0.0 {
-            return Verdict::Reject;
-        }
-        let (out, all) = if PASS {
-            (v4.1 < place.0, all && v4.0 > place.1)
+        let margin = f64x4::splat(s, margin);
+        let reach = y.abs().mul_add(region.half[1], x.abs().mul_add(region.half[0], margin));
+        let (low, high) = (middle - reach, middle + reach);
+        // Of the fourth functional: certainly under, over the place of the face.
+        let under = f64x4::splat(s, self.k * region.inverse[0]);
+        let over = f64x4::splat(s, self.k * region.inverse[1]);
+        let bits = |m: mask64x4<S>| m.to_bitmask() as u8;
+        let (negative, positive) = (bits(high.simd_lt(0.0)), bits(low.simd_gt(0.0)));
+        let (under, over) = (bits(high.simd_lt(under)) & 8, bits(low.simd_gt(over)) & 8);
+        let (out, all) = if pass {
+            (negative & 7 | under, positive & 7 | over)
         } else {
-            (v4.1 < 0.0 || v4.0 > place.1, all && v4.0 > 0.0 && v4.1 < place.0)
+            (negative | over, if under != 0 { positive } else { 0 })
         };
-        if out {
+        if out != 0 {
             Verdict::Reject
-        } else if all {
+        } else if all == 15 {
             Verdict::Accept
         } else {
             Verdict::Refine
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -43,6 +43,7 @@ mod tuning;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use antumbra_predicates::resolve;
 use rayon::prelude::*;
 
 use self::adjacency::{Adjacency, MAX_TRIANGLES};
@@ -80,59 +81,117 @@ impl Cssv {
         Cssv { isa: options.isa, pass: true, ..Cssv::default() }
     }
 
-    /// Faces for the chosen reference point, and the number to start counting with.
-    fn build_faces<const PASS: bool>(&mut self, triangles: &[Triangle], reference: Reference) -> i64 {
+    fn faces<'a>(&'a self, triangles: &'a [Triangle], reference: Reference) -> Faces<'a> {
         let Casters { light, facing, edges } = &self.casters;
-        let make = Faces::<PASS> { reference, light: *light, triangles, facing, edges };
-        let volume = |t: &usize| facing[*t] != 0;
-        self.faces.clear();
-        self.faces.par_extend((0..edges.len()).into_par_iter().map(|e| make.side(e as u32)));
-        self.faces.par_extend((0..facing.len()).into_par_iter().filter(volume).map(|t| make.cap(t as u32)));
-        if PASS {
-            let contains = |t: &&Triangle| antumbra_predicates::resolve::blocks(t, *light, reference.point);
-            return triangles.par_iter().filter(contains).count() as i64;
-        }
-        let far = (0..facing.len()).into_par_iter().filter(volume).map(|t| make.far_cap(t as u32));
-        self.faces.par_extend(far);
-        0
+        Faces { pass: self.pass, reference, light: *light, triangles, facing, edges }
     }
 
-    fn count<const PASS: bool>(
-        &self,
+    /// Makes the faces for a reference point; returns the number to start counting with.
+    fn build_faces(&mut self, triangles: &[Triangle], reference: Reference) -> i64 {
+        let mut faces = std::mem::take(&mut self.faces);
+        let make = self.faces(triangles, reference);
+        let (facing, light) = (make.facing, make.light);
+        let volumes = (0..facing.len()).into_par_iter().filter(|&t| facing[t] != 0);
+        faces.clear();
+        faces.par_extend((0..make.edges.len()).into_par_iter().map(|e| make.side(e as u32)));
+        faces.par_extend(volumes.clone().map(|t| make.cap(t as u32)));
+        let start = if self.pass {
+            let contain = |t: &usize| resolve::blocks(&triangles[*t], light, reference.point);
+            volumes.filter(contain).count() as i64
+        } else {
+            // At infinity beyond all far caps there is no volume.
+            faces.par_extend(volumes.map(|t| make.far_cap(t as u32)));
+            0
+        };
+        self.faces = faces;
+        start
+    }
+
+    /// All stages up to the shadow bits; `None` if there is no reference point. `trace` is filled if it is there.
+    fn run(
+        &mut self,
         triangles: &[Triangle],
-        positions: &[[f32; 3]],
-        reference: Reference,
-        start: i64,
-        trace: Option<Trace<'_>>,
-    ) -> Counts {
-        let Casters { light, facing, edges } = &self.casters;
-        let walk = Walk::<PASS> {
+        samples: Samples<'_>,
+        light: [f32; 3],
+        stats: &mut StatsBuilder,
+        trace: Option<&mut Trace>,
+    ) -> Option<Counts> {
+        self.adjacency.build(triangles);
+        stats.stage("build_adjacency");
+        self.casters.face(triangles, light);
+        self.casters.extract(&self.adjacency);
+        stats.stage("extract_silhouette");
+        let reference = reference::choose(samples.view, samples.positions, triangles, &self.casters);
+        stats.stage("choose_reference");
+        let reference = reference?;
+        let start = self.build_faces(triangles, reference);
+        stats.stage("build_faces");
+        self.tree.build(samples, &reference);
+        self.shadowed.resize_with(self.tree.packets(), AtomicU64::default);
+        stats.stage("arrange_samples");
+        let trace = trace.map(|trace| {
+            *trace = Trace::new(self.tree.packets());
+            &*trace
+        });
+        let walk = Walk {
             level: self.isa.level().unwrap_or_else(fearless_simd::Level::new),
             tree: &self.tree,
-            positions,
+            positions: samples.positions,
             faces: &self.faces,
-            decide: Faces { reference, light: *light, triangles, facing, edges },
+            decide: self.faces(triangles, reference),
             lists: &self.lists,
             shadowed: &self.shadowed,
             trace,
         };
-        walk.run(start)
+        let counts = walk.run(start);
+        stats.stage("count");
+        stats.counter("eye_volumes", start as u64);
+        stats.counter("reference_tries", u64::from(reference.tries));
+        Some(counts)
+    }
+
+    /// Names of the pictures that [`Cssv::debug_view`] can make.
+    pub fn debug_views(&self) -> &'static [&'static str] {
+        &["faces", "volumes"]
+    }
+
+    /// One number a sample: `faces` that had to be tested against it one by one, or shadow `volumes` that contain it.
+    /// `None` for another name, for input that [`Method::shadow`] refuses, or where no eye ray was counted.
+    pub fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Option<Vec<f32>> {
+        let positions = samples.positions;
+        let mask = vec![0; positions.len()];
+        if !self.debug_views().contains(&view) || check_input(triangles, samples, light, &mask).is_err() {
+            return None;
+        }
+        let mut stats = StatsBuilder::start(self.name(), self.isa.resolved().name());
+        let mut trace = Trace::default();
+        self.run(triangles, samples, light, &mut stats, Some(&mut trace))?;
+        let mut out = vec![0.0; positions.len()];
+        self.tree.scatter(&mut out, |out, packet, slot| {
+            let value = match view {
+                "faces" => &trace.list_len[packet],
+                _ => &trace.volumes[packet * tuning::PACKET + slot],
+            };
+            *out = value.load(Relaxed) as f32;
+        });
+        Some(out)
     }
 
     fn write_mask(&self, positions: &[[f32; 3]], mask: &mut [u8]) {
-        mask.par_iter_mut().zip(positions).for_each(|(m, p)| {
-            *m = if p.iter().any(|v| v.is_nan()) { NONE } else { LIT };
+        self.tree.scatter(mask, |m, packet, slot| {
+            *m = if self.shadowed[packet].load(Relaxed) >> slot & 1 == 1 { SHADOWED } else { LIT };
         });
-        for (packet, word) in self.shadowed.iter().enumerate() {
-            let word = word.load(Relaxed);
-            if word != 0 {
-                self.tree.samples_of(positions.len(), packet, |slot, i| {
-                    if word >> slot & 1 == 1 && mask[i] == LIT {
-                        mask[i] = SHADOWED;
-                    }
-                });
+        mask.par_iter_mut().zip(positions).for_each(|(m, p)| {
+            if p.iter().any(|v| v.is_nan()) {
+                *m = NONE;
             }
-        }
+        });
     }
 }
 
@@ -141,7 +200,7 @@ fn test_all(triangles: &[Triangle], positions: &[[f32; 3]], light: [f32; 3], mas
     mask.par_iter_mut().zip(positions).for_each(|(m, p)| {
         *m = if p.iter().any(|v| v.is_nan()) {
             NONE
-        } else if triangles.iter().any(|t| antumbra_predicates::resolve::blocks(t, light, *p)) {
+        } else if triangles.iter().any(|t| resolve::blocks(t, light, *p)) {
             SHADOWED
         } else {
             LIT
@@ -168,35 +227,11 @@ impl Method for Cssv {
             return Err(InputError::TooMany { what: "triangles", got, limit });
         }
         stats.stage("check_input");
-        self.adjacency.build(triangles);
-        stats.stage("build_adjacency");
-        self.casters.face(triangles, light);
-        self.casters.extract(&self.adjacency);
-        stats.stage("extract_silhouette");
-        let reference = reference::choose(samples.view, samples.positions, triangles, &self.casters);
-        stats.stage("choose_reference");
         let mut fallback = 0;
-        if let Some(reference) = reference {
-            let start = if self.pass {
-                self.build_faces::<true>(triangles, reference)
-            } else {
-                self.build_faces::<false>(triangles, reference)
-            };
-            stats.stage("build_faces");
-            self.tree.build(samples, &reference);
-            self.shadowed.resize_with(self.tree.packets(), AtomicU64::default);
-            stats.stage("arrange_samples");
-            let counts = if self.pass {
-                self.count::<true>(triangles, samples.positions, reference, start, None)
-            } else {
-                self.count::<false>(triangles, samples.positions, reference, start, None)
-            };
-            stats.stage("count");
+        if let Some(counts) = self.run(triangles, samples, light, &mut stats, None) {
             self.write_mask(samples.positions, mask);
             stats.stage("write_mask");
             counts.report(&mut stats);
-            stats.counter("eye_volumes", start as u64);
-            stats.counter("reference_tries", u64::from(reference.tries));
         } else {
             test_all(triangles, samples.positions, light, mask);
             fallback = mask.iter().filter(|&&m| m != NONE).count() as u64;

@@ -183,8 +183,8 @@ impl Tree {
         &self.levels[level][node]
     }
 
-    /// Calls `each` with the samples of packet `index`, background included, and their places in the packet.
-    pub(super) fn samples_of(&self, n: usize, index: usize, mut each: impl FnMut(usize, usize)) {
+    /// Calls `each` with the samples of packet `index`, background included, after their places in the packet.
+    fn samples_of(&self, n: usize, index: usize, mut each: impl FnMut(usize, usize)) {
         match self.layout {
             Layout::Image { width, tiles } => {
                 let per_tile = TILE_PACKETS * TILE_PACKETS;
@@ -262,6 +262,29 @@ impl Tree {
         self.order.par_sort_unstable();
     }
 
+    /// Calls `each` for every sample of a picture or list, in parallel where possible, with its packet and place there.
+    pub(super) fn scatter<T: Send>(&self, out: &mut [T], each: impl Fn(&mut T, usize, usize) + Sync) {
+        match self.layout {
+            Layout::Image { width, tiles } => {
+                out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+                    let (tile_y, packet_y) = (y / TILE_SIDE, y % TILE_SIDE / PACKET_SIDE);
+                    for (x, out) in row.iter_mut().enumerate() {
+                        let (tile_x, packet_x) = (x / TILE_SIDE, x % TILE_SIDE / PACKET_SIDE);
+                        let tile = tile_y * tiles + tile_x;
+                        let inner = spread_even(packet_x) | spread_even(packet_y) << 1;
+                        let slot = y % PACKET_SIDE * PACKET_SIDE + x % PACKET_SIDE;
+                        each(out, tile * TILE_PACKETS * TILE_PACKETS + inner, slot);
+                    }
+                });
+            }
+            Layout::List => {
+                for (at, key) in self.order.iter().enumerate() {
+                    each(&mut out[(key & 0xffff_ffff) as usize], at / PACKET, at % PACKET);
+                }
+            }
+        }
+    }
+
     /// Bytes of the tree.
     pub(super) fn bytes(&self) -> usize {
         self.order.len() * 8 + self.levels.iter().map(|l| l.len() * size_of::<Bounds>()).sum::<usize>()
@@ -276,4 +299,78 @@ impl Tree {
 /// Every second bit of a six-bit number.
 fn gather_even(v: usize) -> usize {
     v & 1 | v >> 1 & 2 | v >> 2 & 4
+}
+
+/// The inverse of [`gather_even`].
+fn spread_even(v: usize) -> usize {
+    v & 1 | (v & 2) << 1 | (v & 4) << 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reference() -> Reference {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Reference { point: [0.25, 0.5, -2.0], axes, tries: 1 }
+    }
+
+    /// Every sample is in one packet, where [`Tree::scatter`] says, and within the bounds of all nodes above it.
+    fn check(positions: &[[f32; 3]], width: usize) {
+        let reference = reference();
+        let mut tree = Tree::default();
+        tree.build(Samples::image(positions, width), &reference);
+        let mut place = vec![(usize::MAX, 0); positions.len()];
+        tree.scatter(&mut place, |out, packet, slot| *out = (packet, slot));
+        let mut seen = vec![0; positions.len()];
+        let mut packet = Packet::EMPTY;
+        for index in 0..tree.packets() {
+            tree.load(positions, &reference, index, &mut packet);
+            for at in 0..packet.count {
+                let i = packet.id[at] as usize;
+                seen[i] += 1;
+                assert_eq!(place[i], (index, packet.slot[at] as usize));
+                let v = [packet.x[at], packet.y[at]].map(|v| v / packet.w[at]);
+                let mut node = index;
+                for level in 0..=tree.top() {
+                    if let Some(region) = tree.bounds(level, node).region() {
+                        for k in 0..2 {
+                            assert!((v[k] - region.middle[k]).abs() <= region.half[k]);
+                        }
+                        let inverse = 1.0 / packet.w[at];
+                        assert!(region.inverse[0] <= inverse && inverse <= region.inverse[1]);
+                        let size = packet.x[at].abs() + packet.y[at].abs() + packet.w[at].abs();
+                        assert!(size / packet.w[at] <= region.scale * (1.0 + 1e-15));
+                    } else {
+                        assert!(positions.iter().any(|p| p[2] <= -2.0));
+                    }
+                    node /= CHILDREN;
+                }
+            }
+        }
+        for (p, seen) in positions.iter().zip(seen) {
+            assert_eq!(seen, i32::from(!p[0].is_nan()));
+        }
+    }
+
+    #[test]
+    fn every_sample_is_in_one_packet_and_within_its_bounds() {
+        for (count, width) in
+            [(1, 1), (7, 7), (700, 100), (130 * 71, 130), (64 * 64, 64), (999, 64), (300, 300)]
+        {
+            let mut state = 1u64;
+            let mut positions: Vec<[f32; 3]> = (0..count)
+                .map(|i| {
+                    let mut number = || {
+                        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                        (state >> 40) as f32 / (1u64 << 24) as f32
+                    };
+                    if i % 17 == 5 { [f32::NAN; 3] } else { [number(), number(), number()] }
+                })
+                .collect();
+            check(&positions, width);
+            positions[0] = [0.0, 0.0, -3.0];
+            check(&positions, width);
+        }
+    }
 }

@@ -78,29 +78,36 @@ impl Lists {
 }
 
 /// What a walk is about.
-pub(super) struct Walk<'a, const PASS: bool> {
+pub(super) struct Walk<'a> {
     pub(super) level: Level,
     pub(super) tree: &'a Tree,
     pub(super) positions: &'a [[f32; 3]],
     pub(super) faces: &'a [Face],
-    pub(super) decide: Faces<'a, PASS>,
+    pub(super) decide: Faces<'a>,
     pub(super) lists: &'a Lists,
     /// One word a packet: shadowed.
     pub(super) shadowed: &'a [AtomicU64],
-    /// Filled where a picture of the work is wanted: per packet faces tested one by one, per sample the count.
-    pub(super) trace: Option<Trace<'a>>,
+    /// Filled where a picture of the work is wanted.
+    pub(super) trace: Option<&'a Trace>,
 }
 
 /// What debug views are made of.
-#[derive(Clone, Copy)]
-pub(super) struct Trace<'a> {
-    /// By packet.
-    pub(super) list_len: &'a [AtomicU32],
-    /// By packet and slot.
-    pub(super) count: &'a [AtomicU32],
+#[derive(Debug, Default)]
+pub(super) struct Trace {
+    /// By packet: faces that had to be tested sample by sample.
+    pub(super) list_len: Vec<AtomicU32>,
+    /// By packet and slot: volumes that contain the sample.
+    pub(super) volumes: Vec<AtomicU32>,
 }
 
-impl<const PASS: bool> Walk<'_, PASS> {
+impl Trace {
+    pub(super) fn new(packets: usize) -> Trace {
+        let zeros = |n: usize| std::iter::repeat_with(AtomicU32::default).take(n).collect();
+        Trace { list_len: zeros(packets), volumes: zeros(packets * PACKET) }
+    }
+}
+
+impl Walk<'_> {
     /// Counts for all samples, from `start`.
     pub(super) fn run(&self, start: i64) -> Counts {
         let mut list = self.lists.take();
@@ -175,7 +182,7 @@ impl<const PASS: bool> Walk<'_, PASS> {
                 let mut accepted = 0;
                 for &i in list {
                     let face = &self.faces[i as usize];
-                    match face.against::<PASS>(region) {
+                    match face.against(s, self.decide.pass, region) {
                         Verdict::Reject => {}
                         Verdict::Refine => kept.push(i),
                         Verdict::Accept => {
@@ -203,7 +210,7 @@ impl<const PASS: bool> Walk<'_, PASS> {
             self.shadowed[packet].store(word, Relaxed);
             if let Some(trace) = self.trace {
                 for slot in 0..PACKET {
-                    trace.count[packet * PACKET + slot].store(count as u32, Relaxed);
+                    trace.volumes[packet * PACKET + slot].store(count as u32, Relaxed);
                 }
             }
         }
@@ -228,7 +235,7 @@ impl<const PASS: bool> Walk<'_, PASS> {
             debug_assert!(count[at] >= 0.0, "{} volumes contain sample {}", count[at], packet.id[at]);
             word |= u64::from(count[at] != 0.0) << packet.slot[at];
             if let Some(trace) = self.trace {
-                trace.count[index * PACKET + packet.slot[at] as usize].store(count[at] as u32, Relaxed);
+                trace.volumes[index * PACKET + packet.slot[at] as usize].store(count[at] as u32, Relaxed);
             }
         }
         self.shadowed[index].store(word, Relaxed);
@@ -254,10 +261,10 @@ impl<const PASS: bool> Walk<'_, PASS> {
             let x = f64x4::from_slice(s, &packet.x[base..base + LANES]);
             let y = f64x4::from_slice(s, &packet.y[base..base + LANES]);
             let w = f64x4::from_slice(s, &packet.w[base..base + LANES]);
-            let at = |n: &[f64; 3]| w.mul_add(n[2], y.mul_add(n[1], x * n[0]));
-            let (v1, v2, v3) = (at(&face.n[0]), at(&face.n[1]), at(&face.n[2]));
-            let v4 = v3.mul_add(face.tau, v1 + v2);
-            let low = v1.min(v2).min(v3).min(if PASS { v4 - k } else { v4.min(k - v4) });
+            let at = |f: usize| w.mul_add(face.n[2][f], y.mul_add(face.n[1][f], x * face.n[0][f]));
+            let place = at(3) - k;
+            let low =
+                at(0).min(at(1)).min(at(2)).min(if self.decide.pass { place } else { at(3).min(-place) });
             let used = ((1u32 << (packet.count - base).min(LANES)) - 1) as u64;
             let crossed = low.simd_gt(bound);
             let at = &mut count[base..base + LANES];
