@@ -10,5 +10,6 @@ pub mod scene;
 pub mod shade;
 
 mod isa;
+mod vec3;
 
 pub use isa::{Isa, UnknownIsa};
