@@ -1,10 +1,12 @@
 //! What comes in: triangles in world space with materials, lights and a camera, at one moment in time.
 
 mod camera;
+pub mod defaults;
 mod light;
 mod material;
 pub mod procedural;
 mod soup;
+mod voxels;
 
 pub use camera::Camera;
 pub use light::{Casters, PointLight};

@@ -40,7 +40,7 @@ impl<'a> Pyramid<'a> {
             return [1.0; 3];
         }
         // NaN and negative levels (a magnified texture) both mean the full image.
-        let level = level.max(0.0).min(31.0);
+        let level = if level.is_nan() { 0.0 } else { level.clamp(0.0, 31.0) };
         let full = || {
             self.bilinear(width, height, uv, |i| {
                 let p = texture.pixels[i];
