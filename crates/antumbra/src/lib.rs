@@ -9,6 +9,7 @@ pub mod samples;
 pub mod scene;
 pub mod shade;
 
+mod bvh;
 mod isa;
 mod vec3;
 

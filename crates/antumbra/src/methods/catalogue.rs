@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle};
+use super::{Method, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -21,14 +21,24 @@ pub struct MethodInfo {
 }
 
 /// All methods, the order of `--methods all`.
-pub const CATALOGUE: &[MethodInfo] = &[MethodInfo {
-    name: "oracle",
-    aliases: &["brute-force"],
-    source: "the definition itself",
-    exact: true,
-    idea: "tests every triangle against every sample in exact arithmetic",
-    cost: "O(T N)",
-}];
+pub const CATALOGUE: &[MethodInfo] = &[
+    MethodInfo {
+        name: "oracle",
+        aliases: &["brute-force"],
+        source: "the definition itself",
+        exact: true,
+        idea: "tests every triangle against every sample in exact arithmetic",
+        cost: "O(T N)",
+    },
+    MethodInfo {
+        name: "ray-cast",
+        aliases: &["raytracing", "rtx", "rt"],
+        source: "Kobrtek et al. 2021, section 2.6; Lauterbach et al. 2009; Boulos et al. 2006",
+        exact: true,
+        idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
+        cost: "build O(T), trace O(N log T) expected",
+    },
+];
 
 /// Options that all methods share.
 #[derive(Clone, Debug, Default)]
@@ -66,9 +76,9 @@ pub fn info(name: &str) -> Result<&'static MethodInfo, UnknownMethod> {
 /// # Errors
 /// [`UnknownMethod`] lists the names there are.
 pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownMethod> {
-    let _ = options;
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
+        "ray-cast" => Box::new(RayCast::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

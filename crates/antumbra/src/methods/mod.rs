@@ -2,10 +2,12 @@
 
 mod catalogue;
 mod oracle;
+mod ray_cast;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use oracle::Oracle;
+pub use ray_cast::RayCast;
 pub use stats::{Stage, Stats, StatsBuilder};
 
 use crate::scene::{InputError, Triangle};

@@ -1,4 +1,13 @@
-//! Which points are asked.
+//! Which points are asked: one a pixel of a picture, or any others.
+
+pub mod depth_buffer;
+pub mod gbuffer;
+pub mod offset;
+pub mod points;
+
+pub use gbuffer::GBuffer;
+
+use crate::methods::Samples;
 
 /// One point a pixel (or any list of points), with what is known about the surface that it lies on.
 ///
@@ -19,3 +28,13 @@ pub struct ViewSamples {
     /// Distance from the eye along the viewing axis.
     pub depth: Vec<f32>,
 }
+
+impl ViewSamples {
+    /// What a method takes.
+    pub fn view(&self) -> Samples<'_> {
+        Samples { positions: &self.positions, width: self.width }
+    }
+}
+
+/// A sample that is not there.
+pub(crate) const NO_SAMPLE: [f32; 3] = [f32::NAN; 3];

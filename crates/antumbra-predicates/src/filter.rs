@@ -1,0 +1,260 @@
+//! First stage: f32, eight lanes at a time, with a proven bound.
+//!
+//! Work is shared between many samples: [`TriangleBlock::against`] prepares eight triangles for one *group* of samples
+//! (a box), throws out those that block none of them for certain, and finds those that block all; [`Coefficients::test`]
+//! then tests one triangle against eight samples. All four tests are linear in `Q = p - a`, taken from raw coordinates:
+//!
+//! ```text
+//! det[A, B, P] = A × (B - A) · Q        det[B, C, P] = B × (C - B) · Q + det[A, B, C]
+//! det[C, A, P] = C × (A - C) · Q        plane        = (B - A) × (C - A) · Q
+//! ```
+//!
+//! so that the error scales with the triangle and its distance to the sample, not with the distance to the origin or to
+//! the light squared. `bounds.md` derives the constant [`KAPPA`].
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+
+/// Relative bound of one test, in units of the sum of absolute products: 16 u with u = 2^-24. `bounds.md` needs 12.
+pub const KAPPA: f32 = 16.0 * 0.5 * f32::EPSILON;
+/// Added to sums of absolute products: covers underflow of products (each at most 2^-150). See `bounds.md`.
+pub const TINY: f32 = 1.0 / (1u128 << 120) as f32;
+/// Coordinates (relative to light or sample) over this make products that may overflow: nothing is certain then.
+pub const LIMIT: f32 = (1u64 << 40) as f32;
+
+/// Samples that are looked at together: every sample lies in the box `center ± half`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleGroup {
+    /// Middle of the box, world space.
+    pub center: [f32; 3],
+    /// Half its size, rounded up.
+    pub half: [f32; 3],
+}
+
+impl SampleGroup {
+    /// The group whose samples lie between `lo` and `hi`, componentwise, bounds included.
+    pub fn from_bounds(lo: [f32; 3], hi: [f32; 3]) -> SampleGroup {
+        let center = [0, 1, 2].map(|k| lo[k] * 0.5 + hi[k] * 0.5);
+        // Both differences are rounded once; one more ulp each way covers that.
+        let half = [0, 1, 2].map(|k| {
+            let h = (hi[k] - center[k]).max(center[k] - lo[k]);
+            h + h * f32::EPSILON
+        });
+        SampleGroup { center, half }
+    }
+}
+
+/// Eight triangles in structure-of-arrays form: `corner[i][axis][lane]`. Unused lanes repeat a used one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(32))]
+pub struct TriangleBlock {
+    /// World coordinates.
+    pub corner: [[[f32; 8]; 3]; 3],
+}
+
+/// What a block of triangles does to a group of samples; bits are lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BlockVerdict {
+    /// Triangles that may block some sample of the group.
+    pub maybe: u8,
+    /// Triangles that block every sample of the group, for certain.
+    pub covers: u8,
+    /// Of `maybe`: triangles seen so nearly edge-on that f32 cannot tell their facing. Ask [`crate::exact::facing`]; drop
+    /// those with 0 and [`Coefficients::flip`] those with -1.
+    pub edge_on: u8,
+}
+
+/// The four linear tests of eight triangles, oriented so that "blocks" is "all four positive", with their bounds for one
+/// group of samples.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct Coefficients {
+    /// First corner, world space.
+    a: [[f32; 8]; 3],
+    /// Normals of the tests: edges ab, bc, ca, then the plane.
+    m: [[[f32; 8]; 3]; 4],
+    /// `det[A, B, C]`, the constant of edge bc.
+    det: [f32; 8],
+    /// A value within `± bound` is not certain.
+    bound: [[f32; 8]; 4],
+}
+
+/// What one triangle does to eight samples; bits are lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lanes {
+    /// Blocked for certain.
+    pub blocked: u8,
+    /// Not decided.
+    pub unsure: u8,
+}
+
+type V3<S> = [f32x8<S>; 3];
+
+#[inline(always)]
+fn load3<S: Simd>(s: S, v: &[[f32; 8]; 3]) -> V3<S> {
+    [f32x8::load_array_ref(s, &v[0]), f32x8::load_array_ref(s, &v[1]), f32x8::load_array_ref(s, &v[2])]
+}
+
+#[inline(always)]
+fn splat3<S: Simd>(s: S, v: [f32; 3]) -> V3<S> {
+    [f32x8::splat(s, v[0]), f32x8::splat(s, v[1]), f32x8::splat(s, v[2])]
+}
+
+#[inline(always)]
+fn sub<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn abs<S: Simd>(a: V3<S>) -> V3<S> {
+    [a[0].abs(), a[1].abs(), a[2].abs()]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> f32x8<S> {
+    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+}
+
+/// The cross product of absolute values with all signs positive, plus [`TINY`].
+#[inline(always)]
+fn cross_abs<S: Simd>(a: V3<S>, b: V3<S>, tiny: f32x8<S>) -> V3<S> {
+    [
+        a[1].mul_add(b[2], a[2].mul_add(b[1], tiny)),
+        a[2].mul_add(b[0], a[0].mul_add(b[2], tiny)),
+        a[0].mul_add(b[1], a[1].mul_add(b[0], tiny)),
+    ]
+}
+
+#[inline(always)]
+fn max3<S: Simd>(a: V3<S>) -> f32x8<S> {
+    a[0].max(a[1]).max(a[2])
+}
+
+impl TriangleBlock {
+    /// Prepares the tests of eight triangles for a light and a group of samples.
+    ///
+    /// `live` says which lanes hold triangles. The verdict is certain: a triangle that is not in `maybe` blocks no sample
+    /// of the group, one in `covers` blocks all of them.
+    #[inline(always)]
+    pub fn against<S: Simd>(
+        &self,
+        s: S,
+        live: u8,
+        light: [f32; 3],
+        group: &SampleGroup,
+        out: &mut Coefficients,
+    ) -> BlockVerdict {
+        let l = splat3(s, light);
+        let tiny = f32x8::splat(s, TINY);
+        let kappa = f32x8::splat(s, KAPPA);
+        let raw = [load3(s, &self.corner[0]), load3(s, &self.corner[1]), load3(s, &self.corner[2])];
+        let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
+        let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];
+        let rel_abs = [abs(rel[0]), abs(rel[1]), abs(rel[2])];
+        let edge_abs = [abs(edge[0]), abs(edge[1]), abs(edge[2])];
+
+        let half = splat3(s, group.half);
+        let q = sub(splat3(s, group.center), raw[0]);
+        let q_abs = abs(q);
+        let q_max = [q_abs[0] + half[0], q_abs[1] + half[1], q_abs[2] + half[2]];
+
+        // N = (B - A) × (C - A) = (A - C) × (B - A); det[A, B, C] = N · A.
+        let n = cross(edge[2], edge[0]);
+        let n_mag = cross_abs(edge_abs[2], edge_abs[0], tiny);
+        let det = dot(n, rel[0]);
+        let det_bound = kappa.mul_add(dot(n_mag, rel_abs[0]), tiny);
+        // Lanes whose facing is open keep the orientation of the corners: the caller finds the facing and flips.
+        let sign = det.simd_lt(-det_bound).select(f32x8::splat(s, -1.0), f32x8::splat(s, 1.0));
+
+        let m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
+        let mag = [
+            cross_abs(rel_abs[0], edge_abs[0], tiny),
+            cross_abs(rel_abs[1], edge_abs[1], tiny),
+            cross_abs(rel_abs[2], edge_abs[2], tiny),
+            n_mag,
+        ];
+        let zero = f32x8::splat(s, 0.0);
+        let largest = max3(rel_abs[0]).max(max3(rel_abs[1])).max(max3(rel_abs[2])).max(max3(q_max));
+        let wild = largest.simd_gt(LIMIT);
+        let infinity = f32x8::splat(s, f32::INFINITY);
+
+        // Some test is certainly negative, some is certainly positive, all are certainly positive.
+        let (mut negative, mut positive, mut covers) = (0u8, 0u8, live);
+        store3(&raw[0], &mut out.a);
+        (det * sign).store_array(&mut out.det);
+        for k in 0..4 {
+            let oriented = [m[k][0] * sign, m[k][1] * sign, m[k][2] * sign];
+            let constant = if k == 1 { det * sign } else { zero };
+            let more = if k == 1 { det_bound } else { tiny };
+            let bound = wild.select(infinity, kappa.mul_add(dot(mag[k], q_max), more));
+            let value =
+                oriented[2].mul_add(q[2], oriented[1].mul_add(q[1], oriented[0].mul_add(q[0], constant)));
+            let reach = dot(abs(oriented), half) + bound;
+            negative |= (value + reach).simd_lt(0.0).to_bitmask() as u8;
+            let above = (value - reach).simd_gt(0.0).to_bitmask() as u8;
+            positive |= above;
+            covers &= above;
+            store3(&oriented, &mut out.m[k]);
+            bound.store_array(&mut out.bound[k]);
+        }
+        let faces = det.abs().simd_gt(det_bound).to_bitmask() & !wild.to_bitmask();
+        let edge_on = live & !(faces as u8);
+        // Whichever way an edge-on triangle faces, it blocks nothing if its tests certainly differ in sign.
+        let maybe = (live & !negative) | (edge_on & !positive);
+        BlockVerdict { maybe, covers: covers & !edge_on, edge_on: edge_on & maybe }
+    }
+}
+
+impl Coefficients {
+    /// All zero: to be filled by [`TriangleBlock::against`].
+    pub const ZERO: Coefficients =
+        Coefficients { a: [[0.0; 8]; 3], m: [[[0.0; 8]; 3]; 4], det: [0.0; 8], bound: [[0.0; 8]; 4] };
+
+    /// Turns triangle `lane` to the other facing.
+    pub fn flip(&mut self, lane: usize) {
+        for m in self.m.iter_mut().flatten() {
+            m[lane] = -m[lane];
+        }
+        self.det[lane] = -self.det[lane];
+    }
+
+    /// Tests triangle `lane` against eight samples (world coordinates) of the group that the coefficients were made for.
+    #[inline(always)]
+    pub fn test<S: Simd>(&self, s: S, lane: usize, p: [f32x8<S>; 3]) -> Lanes {
+        let q = [0, 1, 2].map(|k| p[k] - self.a[k][lane]);
+        let at = |k: usize, constant: f32x8<S>| {
+            let m = &self.m[k];
+            q[2].mul_add(m[2][lane], q[1].mul_add(m[1][lane], q[0].mul_add(m[0][lane], constant)))
+        };
+        let zero = f32x8::splat(s, 0.0);
+        let values = [at(0, zero), at(1, f32x8::splat(s, self.det[lane])), at(2, zero), at(3, zero)];
+        let (mut blocked, mut out) = (0xffu64, 0u64);
+        for k in 0..4 {
+            let bound = self.bound[k][lane];
+            blocked &= values[k].simd_gt(bound).to_bitmask();
+            out |= values[k].simd_lt(-bound).to_bitmask();
+        }
+        Lanes { blocked: blocked as u8, unsure: !(blocked | out) as u8 }
+    }
+
+    /// The plane test's value and `det[A, B, C]` for triangle `lane`: their ratio says where on the ray from the light
+    /// to `p` the triangle's plane lies, `t = det / (det + plane)`. Rounded, not certain.
+    #[inline(always)]
+    pub fn depth<S: Simd>(&self, s: S, lane: usize, p: [f32x8<S>; 3]) -> f32x8<S> {
+        let q = [0, 1, 2].map(|k| p[k] - self.a[k][lane]);
+        let m = &self.m[3];
+        let det = f32x8::splat(s, self.det[lane]);
+        det / q[2].mul_add(m[2][lane], q[1].mul_add(m[1][lane], q[0].mul_add(m[0][lane], det)))
+    }
+}
+
+#[inline(always)]
+fn store3<S: Simd>(v: &V3<S>, out: &mut [[f32; 8]; 3]) {
+    v[0].store_array(&mut out[0]);
+    v[1].store_array(&mut out[1]);
+    v[2].store_array(&mut out[2]);
+}

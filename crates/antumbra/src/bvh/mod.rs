@@ -1,0 +1,138 @@
+//! A bounding volume hierarchy over the triangles: eight children a node, up to eight triangles a leaf.
+//!
+//! Shared by primary visibility ([`crate::samples::gbuffer`]) and by the method `ray-cast`. Boxes hold the exact minima
+//! and maxima of `f32` coordinates, so they need no padding of their own; the rounding of the box test is covered in
+//! [`packet`]. Nodes and leaves live in *arenas* that are built in parallel and never copied; memory is kept between
+//! builds.
+//!
+//! Sources: Lauterbach, Garland, Sengupta, Luebke, Manocha 2009, "Fast BVH Construction on GPUs" (Morton order, split at
+//! the highest differing bit); Wald, Benthin, Boulos 2008, "Getting Rid of Packets" (wide nodes).
+
+pub(crate) mod build;
+pub(crate) mod packet;
+
+use antumbra_predicates::TriangleBlock;
+
+/// Triangles in a leaf at most, children of a node at most: one lane each.
+pub(crate) const WIDTH: usize = 8;
+
+/// Eight boxes, lane by lane; unused lanes repeat a used one.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Node {
+    pub(crate) lo: [[f32; WIDTH]; 3],
+    pub(crate) hi: [[f32; WIDTH]; 3],
+    pub(crate) child: [Ref; WIDTH],
+    /// Used lanes.
+    pub(crate) count: u32,
+}
+
+/// Up to eight triangles; unused lanes repeat a used one.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Leaf {
+    pub(crate) block: TriangleBlock,
+    /// Indices into the soup.
+    pub(crate) id: [u32; WIDTH],
+    /// Used lanes.
+    pub(crate) count: u32,
+}
+
+/// Points at a node or a leaf: top bit "leaf", then arena, then place in the arena.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Ref(u32);
+
+impl Ref {
+    const LEAF: u32 = 1 << 31;
+
+    pub(crate) fn is_leaf(self) -> bool {
+        self.0 & Ref::LEAF != 0
+    }
+}
+
+/// Nodes and leaves that one task built.
+#[derive(Debug, Default)]
+struct Arena {
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+}
+
+/// Smallest and largest coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) lo: [f32; 3],
+    pub(crate) hi: [f32; 3],
+}
+
+impl Bounds {
+    pub(crate) const EMPTY: Bounds = Bounds { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, p: [f32; 3]) {
+        for k in 0..3 {
+            self.lo[k] = self.lo[k].min(p[k]);
+            self.hi[k] = self.hi[k].max(p[k]);
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn union(self, other: Bounds) -> Bounds {
+        let mut all = self;
+        all.add(other.lo);
+        all.add(other.hi);
+        all
+    }
+}
+
+/// The hierarchy. Scratch memory is kept between builds.
+#[derive(Debug)]
+pub(crate) struct Bvh {
+    arenas: Vec<Arena>,
+    /// Arenas in use; the rest is kept memory. Arena 0 is the top of the tree.
+    used: usize,
+    root: Option<Ref>,
+    pub(crate) bounds: Bounds,
+    /// Bits of a [`Ref`] that say where in its arena.
+    local_bits: u32,
+    scratch: build::Scratch,
+}
+
+impl Default for Bvh {
+    fn default() -> Self {
+        let scratch = build::Scratch::default();
+        Bvh { arenas: Vec::new(), used: 0, root: None, bounds: Bounds::EMPTY, local_bits: 0, scratch }
+    }
+}
+
+impl Bvh {
+    /// The root, `None` without triangles.
+    pub(crate) fn root(&self) -> Option<Ref> {
+        self.root
+    }
+
+    #[inline(always)]
+    fn split(&self, r: Ref) -> (usize, usize) {
+        let index = r.0 & !Ref::LEAF;
+        ((index >> self.local_bits) as usize, (index & ((1 << self.local_bits) - 1)) as usize)
+    }
+
+    #[inline(always)]
+    pub(crate) fn node(&self, r: Ref) -> &Node {
+        let (arena, local) = self.split(r);
+        &self.arenas[arena].nodes[local]
+    }
+
+    #[inline(always)]
+    pub(crate) fn leaf(&self, r: Ref) -> &Leaf {
+        let (arena, local) = self.split(r);
+        &self.arenas[arena].leaves[local]
+    }
+
+    /// Bytes of nodes and of leaves.
+    pub(crate) fn bytes(&self) -> (usize, usize) {
+        let arenas = &self.arenas[..self.used];
+        let nodes: usize = arenas.iter().map(|a| a.nodes.len()).sum();
+        let leaves: usize = arenas.iter().map(|a| a.leaves.len()).sum();
+        (nodes * size_of::<Node>(), leaves * size_of::<Leaf>())
+    }
+}
