@@ -101,7 +101,9 @@ impl Texture {
         let (x, y) = (uv[0] * f64::from(self.width) - 0.5, uv[1] * f64::from(self.height) - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let at = |dx: i64, dy: i64| f64::from(self.pixel((x0 as i64).saturating_add(dx), (y0 as i64).saturating_add(dy))[3]);
+        let at = |dx: i64, dy: i64| {
+            f64::from(self.pixel((x0 as i64).saturating_add(dx), (y0 as i64).saturating_add(dy))[3])
+        };
         let top = at(0, 0) * (1.0 - fx) + at(1, 0) * fx;
         let bottom = at(0, 1) * (1.0 - fx) + at(1, 1) * fx;
         (top * (1.0 - fy) + bottom * fy) / 255.0

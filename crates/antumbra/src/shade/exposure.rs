@@ -29,7 +29,7 @@ impl Exposure {
     /// Sets each lamp's soft distance, then the factors: the median irradiance of all pixels that any light reaches
     /// lands at [`LIT_LEVEL`], corrected by the median albedo.
     pub(crate) fn measure(materials: &Materials<'_>, lamps: &mut [Lamp<'_>], options: &Options) -> Exposure {
-        let (width, height) = (materials.view.samples.width, materials.view.samples.height);
+        let (width, height) = (materials.gbuffer.samples.width, materials.gbuffer.samples.height);
         let step = ((width * height) as f64 / PROBES as f64).sqrt().ceil().max(1.0) as usize;
         let probes: Vec<(usize, Surface)> = (step / 2..height)
             .step_by(step)

@@ -14,22 +14,12 @@ mod texture;
 use rayon::prelude::*;
 
 use crate::mask::LIT;
-use crate::samples::ViewSamples;
+use crate::samples::GBuffer;
+use crate::samples::gbuffer::Frame;
 use crate::scene::{Camera, InputError, PointLight, Scene};
-use crate::vec3::{V3, add, axes, dot, mix, mul, scale, sub, unit};
+use crate::vec3::{V3, add, dot, mix, mul, scale, sub, unit};
 use exposure::Exposure;
 use surface::{Materials, Surface};
-
-/// What the eye sees: a picture's samples, where each lies in its triangle, and from where they were seen.
-#[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
-    /// One sample a pixel; `triangle` must be filled.
-    pub samples: &'a ViewSamples,
-    /// Weights of the second and third corner of each pixel's triangle.
-    pub bary: &'a [[f32; 2]],
-    /// The camera that the samples were seen by.
-    pub camera: &'a Camera,
-}
 
 /// How a picture looks. The defaults are meant for every scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,22 +56,24 @@ pub(crate) struct Lamp<'a> {
     mask: &'a [u8],
 }
 
-/// Shades every pixel with the lights that reach it. Linear, exposed, not yet bent by the shoulder of
-/// [`encode::picture`]; values over 1 are kept. Rows run in parallel.
+/// Shades every pixel of what `camera` sees with the lights that reach it. Linear, exposed, not yet bent by the shoulder
+/// of [`encode::picture`]; values over 1 are kept. Rows run in parallel.
 ///
 /// # Errors
-/// [`InputError::Length`] if the samples, the weights and the masks are not of one length.
+/// [`InputError::Length`] if the G-buffer's arrays and the masks are not of one length.
 pub fn shade(
     scene: &Scene,
-    view: View<'_>,
+    camera: &Camera,
+    gbuffer: &GBuffer,
     lights: &[(PointLight, &[u8])],
     options: &Options,
 ) -> Result<Vec<V3>, InputError> {
-    let pixels = view.samples.width * view.samples.height;
+    let samples = &gbuffer.samples;
+    let pixels = samples.width * samples.height;
     let lengths = [
-        ("positions", view.samples.positions.len()),
-        ("triangles of samples", view.samples.triangle.len()),
-        ("barycentric weights", view.bary.len()),
+        ("positions", samples.positions.len()),
+        ("triangles of samples", samples.triangle.len()),
+        ("barycentric weights", gbuffer.bary.len()),
     ];
     let masks = lights.iter().map(|(_, mask)| ("mask", mask.len()));
     if let Some((what, got)) = lengths.into_iter().chain(masks).find(|&(_, got)| got != pixels) {
@@ -97,14 +89,14 @@ pub fn shade(
             mask,
         })
         .collect();
-    let materials = Materials::new(scene, view);
+    let materials = Materials::new(scene, camera, gbuffer);
     let exposure = Exposure::measure(&materials, &mut lamps, options);
-    let backdrop = Backdrop::new(view);
+    let backdrop = Backdrop::new(camera, samples.width, samples.height);
 
     let mut picture = vec![[0.0; 3]; pixels];
-    picture.par_chunks_mut(view.samples.width.max(1)).enumerate().for_each(|(y, row)| {
+    picture.par_chunks_mut(samples.width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
-            let i = y * view.samples.width + x;
+            let i = y * samples.width + x;
             *pixel = match materials.surface(i) {
                 Some(surface) => look(&surface, i, &lamps, &exposure, options, backdrop.up),
                 None => backdrop.color(x, y),
@@ -150,30 +142,21 @@ pub(crate) fn irradiance(s: &Surface, i: usize, lamps: &[Lamp<'_>], soften: bool
 
 /// The colour where there is nothing: a gradient along the camera's vertical.
 struct Backdrop {
-    origin: V3,
-    dx: V3,
-    dy: V3,
+    frame: Frame,
+    width: usize,
+    height: usize,
     up: V3,
 }
 
 impl Backdrop {
-    fn new(view: View<'_>) -> Backdrop {
-        let camera = view.camera;
-        let [right, upright, forward] = axes(camera.eye, camera.target, camera.up);
-        let half = (camera.fov.to_radians() * 0.5).tan();
-        let (width, height) = (view.samples.width.max(1) as f32, view.samples.height.max(1) as f32);
-        let pixel = 2.0 * half / height;
-        let corner = add(scale(right, 0.5 - width * 0.5), scale(upright, height * 0.5 - 0.5));
-        Backdrop {
-            origin: add(forward, scale(corner, pixel)),
-            dx: scale(right, pixel),
-            dy: scale(upright, -pixel),
-            up: unit(camera.up).unwrap_or(upright),
-        }
+    fn new(camera: &Camera, width: usize, height: usize) -> Backdrop {
+        let frame = Frame::new(camera, width, height);
+        let up = unit(camera.up).unwrap_or([0.0, 1.0, 0.0]);
+        Backdrop { frame, width, height, up }
     }
 
     fn color(&self, x: usize, y: usize) -> V3 {
-        let ray = add(self.origin, add(scale(self.dx, x as f32), scale(self.dy, y as f32)));
+        let ray = self.frame.direction(x, y, self.width, self.height).map(|v| v as f32);
         let height = dot(unit(ray).unwrap_or(self.up), self.up);
         let [zenith, horizon, nadir] = BACKDROP;
         // The square root makes the horizon a soft band instead of a broad one.

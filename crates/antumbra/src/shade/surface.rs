@@ -1,9 +1,9 @@
 //! What lies under a pixel: colour, normal and light of its own.
 
-use super::View;
 use super::encode::decode_table;
 use super::texture::Pyramid;
-use crate::scene::{AlphaMode, Scene};
+use crate::samples::GBuffer;
+use crate::scene::{AlphaMode, Camera, Scene};
 use crate::vec3::{V3, add, cross, dot, mul, scale, sub, unit};
 
 /// A surface as shading sees it.
@@ -23,8 +23,9 @@ pub(crate) struct Surface {
 
 /// Everything that is needed to know a pixel's surface.
 pub(crate) struct Materials<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) view: View<'a>,
+    scene: &'a Scene,
+    eye: V3,
+    pub(crate) gbuffer: &'a GBuffer,
     textures: Vec<Pyramid<'a>>,
     decode: [f32; 256],
     /// Angle that a pixel spans, as a length at distance 1.
@@ -32,7 +33,7 @@ pub(crate) struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    pub(crate) fn new(scene: &'a Scene, view: View<'a>) -> Materials<'a> {
+    pub(crate) fn new(scene: &'a Scene, camera: &Camera, gbuffer: &'a GBuffer) -> Materials<'a> {
         let cutout = |texture: usize| {
             scene
                 .materials
@@ -41,26 +42,27 @@ impl<'a> Materials<'a> {
         };
         Materials {
             scene,
-            view,
+            eye: camera.eye,
+            gbuffer,
             textures: scene.textures.iter().enumerate().map(|(i, t)| Pyramid::new(t, cutout(i))).collect(),
             decode: decode_table(),
-            pixel: 2.0 * (view.camera.fov.to_radians() * 0.5).tan() / view.samples.height.max(1) as f32,
+            pixel: 2.0 * (camera.fov.to_radians() * 0.5).tan() / gbuffer.samples.height.max(1) as f32,
         }
     }
 
     /// The surface of pixel `i`, `None` for background.
     pub(crate) fn surface(&self, i: usize) -> Option<Surface> {
-        let (samples, soup) = (self.view.samples, &self.scene.soup);
+        let (samples, soup) = (&self.gbuffer.samples, &self.scene.soup);
         let t = samples.triangle[i] as usize;
         let position = samples.positions[i];
         let corners = soup.positions.get(t)?;
         if position[0].is_nan() {
             return None;
         }
-        let [u, v] = self.view.bary[i];
+        let [u, v] = self.gbuffer.bary[i];
         let weights = [1.0 - u - v, u, v];
 
-        let eye = sub(self.view.camera.eye, position);
+        let eye = sub(self.eye, position);
         let to_eye = unit(eye).unwrap_or([0.0, 1.0, 0.0]);
         let normal = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
         let flat = samples.normals.get(i).copied().or_else(|| unit(normal)).unwrap_or(to_eye);

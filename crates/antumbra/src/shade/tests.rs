@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::mask::{NONE, SHADOWED};
+use crate::samples::ViewSamples;
 use crate::scene::{Material, Object, Soup};
 
 const SIDE: usize = 32;
 
 /// A floor of 2 x 2 seen from straight above; the last row of pixels is background.
-fn floor(material: Material) -> (Scene, ViewSamples, Vec<[f32; 2]>, Camera) {
+fn floor(material: Material) -> (Scene, Camera, GBuffer) {
     let soup = Soup {
         positions: vec![[[-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]]],
         object: vec![0],
@@ -38,7 +39,7 @@ fn floor(material: Material) -> (Scene, ViewSamples, Vec<[f32; 2]>, Camera) {
         up: [0.0, 0.0, -1.0],
         fov: 30.0,
     };
-    (scene, samples, bary, camera)
+    (scene, camera, GBuffer { samples, bary })
 }
 
 fn half_lit() -> Vec<u8> {
@@ -52,8 +53,8 @@ fn half_lit() -> Vec<u8> {
 }
 
 fn picture(material: Material, lights: &[(PointLight, &[u8])], options: &Options) -> Vec<V3> {
-    let (scene, samples, bary, camera) = floor(material);
-    shade(&scene, View { samples: &samples, bary: &bary, camera: &camera }, lights, options).unwrap()
+    let (scene, camera, gbuffer) = floor(material);
+    shade(&scene, &camera, &gbuffer, lights, options).unwrap()
 }
 
 #[test]
@@ -112,9 +113,9 @@ fn unlit_and_emissive_need_no_light() {
 
 #[test]
 fn lengths_are_checked_and_hard_numbers_do_not_panic() {
-    let (scene, samples, bary, camera) = floor(Material::default());
-    let view = View { samples: &samples, bary: &bary[1..], camera: &camera };
-    assert!(shade(&scene, view, &[], &Options::default()).is_err());
+    let (scene, camera, mut gbuffer) = floor(Material::default());
+    gbuffer.bary.pop();
+    assert!(shade(&scene, &camera, &gbuffer, &[], &Options::default()).is_err());
     let mask = vec![LIT; SIDE * SIDE];
     for position in [[0.0; 3], [1e38, 1e38, 1e38], [0.0, 1e-40, 0.0]] {
         let light = PointLight { intensity: f32::MAX, ..PointLight::at(position) };
