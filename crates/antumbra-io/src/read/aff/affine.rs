@@ -44,6 +44,9 @@ impl Affine {
 
 /// Maps a normal and makes it unit length. Zero ("use the geometric one") stays zero, as does what has no direction.
 pub(super) fn map_normal(map: &[[f64; 3]; 3], n: [f32; 3]) -> [f32; 3] {
+    if n == [0.0; 3] {
+        return n;
+    }
     let n = n.map(f64::from);
     unit(map.map(|row| dot(row, n))).map_or([0.0; 3], |v| v.map(|x| x as f32))
 }
@@ -63,7 +66,9 @@ pub(super) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 /// The direction of `v`; `None` if it has none.
 pub(super) fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let length = dot(v, v).sqrt();
-    (length > 0.0 && length.is_finite()).then(|| v.map(|x| x / length))
+    let inverse = length.recip();
+    // Also none if it is so short or long that its inverse is no number.
+    (length > 0.0 && inverse > 0.0 && inverse.is_finite()).then(|| v.map(|x| x * inverse))
 }
 
 /// `[w, x, y, z]`, of about unit length where it stands for a rotation.

@@ -89,23 +89,21 @@ fn add_run(model: &Model, run: &Run, map: &Affine, time: f64, soup: &mut Soup) {
     let normal_map = map.normal_map();
     let range = run.first..run.first + run.count;
     soup.object.resize(soup.object.len() + run.count, run.object);
-    let mut push = |positions: &Triangle, normals: &[[f32; 3]; 3]| {
-        soup.positions.push(positions.map(|p| map.point(p)));
-        soup.normals.push(normals.map(|n| map_normal(&normal_map, n)));
-    };
+    let corners = |positions: &Triangle| positions.map(|p| map.point(p));
+    let directions = |normals: &[[f32; 3]; 3]| normals.map(|n| map_normal(&normal_map, n));
     match run.source {
         Source::Faces => {
             let faces = &model.faces;
-            for i in range.clone() {
-                push(&faces.positions[i], &faces.normals[i]);
-            }
+            soup.positions.extend(faces.positions[range.clone()].iter().map(corners));
+            soup.normals.extend(faces.normals[range.clone()].iter().map(directions));
             soup.uvs.extend_from_slice(&faces.uvs[range.clone()]);
             soup.material.extend_from_slice(&faces.material[range]);
         }
         Source::Morphs => {
             for morph in &model.morphs[range] {
                 let (positions, normals) = shape(model, morph, time);
-                push(&positions, &normals);
+                soup.positions.push(corners(&positions));
+                soup.normals.push(directions(&normals));
                 soup.uvs.push([[0.0; 2]; 3]);
                 soup.material.push(morph.material);
             }

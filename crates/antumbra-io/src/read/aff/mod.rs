@@ -18,7 +18,9 @@
 //!   first corner; those with a dent are cut by ears.
 //! - Every fill is a material. A transmittance above 0 makes it partly covering, alpha `1 - T`. The diffuse colour is
 //!   the base colour; if a texture is found it is white, as in BART, and the texture is all. BART's images come apart
-//!   from its scenes: a missing one is told in the material's name.
+//!   from its scenes: a missing one is told in the material's name. Texture coordinates are as written, v down: the
+//!   pictures of the museum and the garden behind the kitchen stand upright so. (BART is not of one mind: the car's
+//!   number plate and the robots count v upwards.)
 //! - An object is an include or a named transform with triangles directly in it, named by the way to it:
 //!   `Robot1/robot_transl1/head_rot1/head`.
 //!

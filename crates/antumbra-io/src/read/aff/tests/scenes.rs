@@ -50,9 +50,10 @@ fn assert_bounds(scene: &Scene, lo: [f32; 3], hi: [f32; 3]) {
 fn robots() {
     let Some(file) = bart("robots", "Robot.aff") else { return };
     assert_eq!(file.time_span(), Some([0.0, 50.0]));
-    let scenes = check(&file, [0.0, 20.0, 47.3], 71_708, 1);
-    for scene in &scenes {
-        assert_bounds(scene, [-164.1, -0.6, -435.4], [164.1, 535.4, 250.1]);
+    let scenes = check(&file, [0.0, 20.0, 47.0], 71_708, 1);
+    // The feet come a little below the street while they walk.
+    for (scene, lowest) in scenes.iter().zip([-0.62, -0.14, -0.49]) {
+        assert_bounds(scene, [-164.1, lowest, -435.4], [164.1, 535.4, 250.1]);
     }
     assert_eq!(scenes[0].name, "Robot");
     assert!(scenes[0].soup.positions != scenes[1].soup.positions);
@@ -93,10 +94,11 @@ fn bart_speed() {
         let start = Instant::now();
         let Some(file) = bart(scene, main) else { return };
         let opened = start.elapsed();
-        let start = Instant::now();
-        for i in 0..20 {
-            file.at(Some(i as f32)).unwrap();
-        }
-        eprintln!("{scene}: opened in {opened:?}, a scene in {:?}", start.elapsed() / 20);
+        let once = |i: u8| {
+            let start = Instant::now();
+            file.at(Some(f32::from(i))).unwrap();
+            start.elapsed()
+        };
+        eprintln!("{scene}: opened in {opened:?}, a scene in {:?} at best", (0..30).map(once).min());
     }
 }
