@@ -42,7 +42,8 @@ pub fn color(
             .ok_or_else(|| Error::content(path, format!("channel name {name:?} has letters EXR lacks")))?;
         channels.push(AnyChannel::new(name, FlatSamples::F32(values.to_vec())));
     }
-    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
+    // ZIP and PIZ take five times as long for a fifth less; run lengths shrink what is flat: masks and backgrounds.
+    let encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };
     let image = Image::from_encoded_channels((width, height), encoding, AnyChannels::sort(channels));
     // The encoder seeks: a device or a pipe cannot, memory can.
     let mut encoded = Cursor::new(Vec::new());

@@ -103,11 +103,8 @@ fn npy_triangles() {
 fn a_list_that_could_take_gigabytes_is_refused() {
     // Each byte of the list would become a triangle of 44 bytes: 64 MB of file, under 3 GB of scene.
     let n = 60_000_000u32;
-    let mut bytes = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty char x\nproperty char y\nproperty char z\n\
-         element face 1\nproperty list uint uchar vertex_index\nend_header\n"
-    )
-    .into_bytes();
+    let mut bytes = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty char x\nproperty char y\nproperty char z\n\
+         element face 1\nproperty list uint uchar vertex_index\nend_header\n".to_owned().into_bytes();
     bytes.extend([0; 9]);
     bytes.extend(n.to_le_bytes());
     bytes.resize(bytes.len() + n as usize, 0);

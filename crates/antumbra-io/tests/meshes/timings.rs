@@ -47,7 +47,7 @@ fn timings() {
         write::exr::color(&folder.path("a.exr"), width, height, &pixels, &[("mask", &extra)]).unwrap();
     });
     timed("npy samples write", || {
-        write::npy::samples(&folder.path("s.npy"), &pixels, &[height, width]).unwrap()
+        write::npy::samples(&folder.path("s.npy"), &pixels, &[height, width]).unwrap();
     });
     timed("npy samples read, 25 MB", || npy::read_samples(&folder.path("s.npy")).unwrap());
     let triangles = vec![[[1.0f32; 3]; 3]; 2_800_000];

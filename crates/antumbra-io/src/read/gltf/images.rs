@@ -45,11 +45,7 @@ pub(super) fn decode(source: &Source<'_>, uses: &[ImageUse]) -> Result<Vec<Textu
     for (job, result) in jobs.iter().zip(run(source, &jobs)?) {
         pixels.insert(job.image, result.map_err(|e| source.error(format!("{}: {e}", job.label)))?);
     }
-    for job in &jobs {
-        if let Cow::Owned(bytes) = &job.bytes {
-            source.release(bytes.len() as u64);
-        }
-    }
+    jobs.iter().for_each(|job| source.release(job.bytes.len() as u64));
     let mut left: BTreeMap<usize, usize> = BTreeMap::new();
     uses.iter().for_each(|u| *left.entry(u.image).or_default() += 1);
     let mut textures = Vec::new();
@@ -109,7 +105,12 @@ fn prepare<'s>(source: &'s Source<'_>, index: usize) -> Result<Job<'s>, Error> {
         image.name.as_deref().or(image.uri.as_deref().filter(|u| !u.starts_with("data:"))),
     );
     let bytes = match (&image.buffer_view, &image.uri) {
-        (Some(view), _) => Cow::Borrowed(source.view(view.value(), &label)?),
+        (Some(view), _) => {
+            // Nothing is copied, but each of many images could be the same long and slow stream of bytes.
+            let bytes = source.view(view.value(), &label)?;
+            source.charge(bytes.len() as u64, 1, &label)?;
+            Cow::Borrowed(bytes)
+        }
         (None, Some(uri)) => Cow::Owned(source.fetch(uri, &label)?),
         (None, None) => return Err(source.error(format!("{label} has neither a buffer view nor a URI"))),
     };

@@ -1,5 +1,7 @@
 //! Looks of surfaces, and which images they need.
 
+use std::collections::BTreeMap;
+
 use antumbra::scene::{AlphaMode, Material, Wrap};
 use gltf::json::material::AlphaMode as JsonAlpha;
 use gltf::json::texture::{Info, WrappingMode};
@@ -17,7 +19,7 @@ pub(super) struct UvSource {
 }
 
 /// An image as it is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct ImageUse {
     pub(super) image: usize,
     pub(super) wrap: [Wrap; 2],
@@ -30,6 +32,8 @@ pub(super) struct Materials {
     uvs: Vec<UvSource>,
     /// One a texture of the scene.
     pub(super) images: Vec<ImageUse>,
+    /// Where in `images` an image with this wrapping stands.
+    known: BTreeMap<(usize, [u8; 2]), u32>,
     /// Where the material of primitives without one stands in `list`, once there is such a primitive.
     fallback: Option<u32>,
 }
@@ -125,12 +129,12 @@ impl Materials {
                 ]
             }
         };
-        let wanted = ImageUse { image, wrap };
-        let at = self.images.iter().position(|i| *i == wanted).unwrap_or_else(|| {
-            self.images.push(wanted);
-            self.images.len() - 1
-        });
-        Ok(Some(at as u32))
+        let next = self.images.len() as u32;
+        let at = *self.known.entry((image, wrap.map(|w| w as u8))).or_insert(next);
+        if at == next {
+            self.images.push(ImageUse { image, wrap });
+        }
+        Ok(Some(at))
     }
 }
 

@@ -214,6 +214,7 @@ impl<'s, 'a> Lowering<'s, 'a> {
                 _ => [t * 3, t * 3 + 1, t * 3 + 2].map(vertex),
             });
         }
+        source.release(indices.map_or(0, |list| list.len() as u64 * 4));
         Ok(corners)
     }
 }

@@ -72,7 +72,11 @@ pub(in crate::read) fn load(path: &Path, budget: &mut Budget) -> Result<Vec<u8>,
     budget.take(usize::try_from(size).unwrap_or(usize::MAX), 1).map_err(|e| Error::content(path, e))?;
     let mut bytes = Vec::with_capacity(size as usize);
     // A pipe has no size, and a file may grow while it is read.
-    file.take(size.max(LIMIT / 4) + 1).read_to_end(&mut bytes).map_err(io)?;
+    let most = size.max(LIMIT / 4);
+    file.take(most + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > most {
+        return Err(Error::content(path, too_big()));
+    }
     let unexpected = bytes.len().saturating_sub(size as usize);
     budget.take(unexpected, 2).map_err(|e| Error::content(path, e))?;
     if bytes.is_empty() {

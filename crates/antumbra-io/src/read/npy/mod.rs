@@ -37,8 +37,10 @@ pub fn read_triangles(path: &Path) -> Result<Vec<Triangle>, Error> {
     let &[_, 3, 3] = array.shape() else {
         return Err(array.misfit("triangles [T,3,3]"));
     };
-    let (triangles, _) = array.floats::<Triangle>()?;
-    check_triangles(&triangles).map_err(|e| Error::content(path, e))?;
+    let (triangles, all_finite) = array.floats::<Triangle>()?;
+    if !all_finite {
+        check_triangles(&triangles).map_err(|e| Error::content(path, e))?;
+    }
     Ok(triangles)
 }
 
@@ -54,8 +56,8 @@ pub fn read_samples(path: &Path) -> Result<(Vec<[f32; 3]>, Vec<usize>), Error> {
         [leading @ .., 3] if matches!(leading.len(), 1 | 2) => leading.to_vec(),
         _ => return Err(array.misfit("samples [H,W,3] or [N,3]")),
     };
-    let (samples, any_infinite) = array.floats::<[f32; 3]>()?;
-    if any_infinite && let Some(i) = samples.iter().position(|s| s.iter().any(|v| v.is_infinite())) {
+    let (samples, all_finite) = array.floats::<[f32; 3]>()?;
+    if !all_finite && let Some(i) = samples.iter().position(|s| s.iter().any(|v| v.is_infinite())) {
         return Err(Error::content(path, format!("sample {i}: {:?} is infinite", samples[i])));
     }
     Ok((samples, leading))
@@ -174,7 +176,7 @@ impl<'a> Array<'a> {
         }
     }
 
-    /// All numbers, in rows made of `f32`, and whether one of them is infinite.
+    /// All numbers, in rows made of `f32`, and whether all of them are finite.
     fn floats<Row: bytemuck::Pod>(&mut self) -> Result<(Vec<Row>, bool), Error> {
         let (big, double) = match self.header.descr.as_str() {
             "<f4" | "=f4" => (false, false),
@@ -187,7 +189,8 @@ impl<'a> Array<'a> {
         let mut rows = vec![Row::zeroed(); len * 4 / size_of::<Row>()];
         let flat: &mut [f32] = bytemuck::cast_slice_mut(&mut rows);
         let mut chunk = vec![0; CHUNK];
-        let mut any_infinite = false;
+        // Looked at while it is in the cache: most files need no second look.
+        let mut all_finite = true;
         for to in flat.chunks_mut(CHUNK / 8) {
             let size = if double { 8 } else { 4 };
             let from = &mut chunk[..to.len() * size];
@@ -198,7 +201,7 @@ impl<'a> Array<'a> {
                 (true, false) => convert(from, to, |b| f64::from_le_bytes(b) as f32),
                 (true, true) => convert(from, to, |b| f64::from_be_bytes(b) as f32),
             }
-            any_infinite |= to.iter().fold(false, |any, v| any | v.is_infinite());
+            all_finite &= to.iter().fold(true, |all, v| all & v.is_finite());
         }
         self.check_end()?;
         if self.header.fortran {
@@ -206,7 +209,7 @@ impl<'a> Array<'a> {
             let ordered = c_order(flat, &self.header.shape);
             flat.copy_from_slice(&ordered);
         }
-        Ok((rows, any_infinite))
+        Ok((rows, all_finite))
     }
 }
 
