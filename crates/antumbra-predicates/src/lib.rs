@@ -23,6 +23,7 @@ extern crate std;
 pub mod exact;
 pub mod filter;
 pub mod resolve;
+pub mod single;
 
 pub use filter::{BlockVerdict, Coefficients, Lanes, SampleGroup, TriangleBlock};
 pub use resolve::{Decided, Resolver};

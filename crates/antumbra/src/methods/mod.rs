@@ -1,6 +1,7 @@
 //! Who finds the blocking triangle. All methods have one shape, [`Method::shadow`], and one answer.
 
 mod catalogue;
+pub(crate) mod leaf;
 mod oracle;
 mod ray_cast;
 mod stats;
@@ -10,6 +11,7 @@ pub use oracle::Oracle;
 pub use ray_cast::RayCast;
 pub use stats::{Stage, Stats, StatsBuilder};
 
+use crate::samples::View;
 use crate::scene::{InputError, Triangle};
 
 /// The points that are asked: rows of positions, NaN = no sample here.
@@ -20,12 +22,20 @@ pub struct Samples<'a> {
     /// Samples a row. Neighbours in the picture are neighbours in space: methods may use it, never rely on it.
     /// For a bare list: its length.
     pub width: usize,
+    /// The camera that saw the samples, where known: methods that work in its clip space (PTSV, CPTSV) or that count
+    /// from the eye (stencil volumes) use it, and make one up otherwise. It never changes the answer.
+    pub view: Option<&'a View>,
 }
 
 impl<'a> Samples<'a> {
     /// Points in no particular order.
     pub fn list(positions: &'a [[f32; 3]]) -> Samples<'a> {
-        Samples { positions, width: positions.len() }
+        Samples { positions, width: positions.len(), view: None }
+    }
+
+    /// The pixels of a picture, `width` a row, of which no camera is known.
+    pub fn image(positions: &'a [[f32; 3]], width: usize) -> Samples<'a> {
+        Samples { positions, width, view: None }
     }
 }
 

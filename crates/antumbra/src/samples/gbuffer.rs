@@ -9,7 +9,8 @@ use antumbra_predicates::{Coefficients, Resolver};
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch, f32x8};
 use rayon::prelude::*;
 
-use super::{NO_SAMPLE, ViewSamples, offset};
+use super::view::{cross, dot, normalize};
+use super::{NO_SAMPLE, View, ViewSamples, offset};
 use crate::Isa;
 use crate::bvh::packet::{Cone, PACKET, Packet, Stack, Visitor, WalkCounts, walk};
 use crate::bvh::{Bvh, Leaf, WIDTH};
@@ -34,60 +35,6 @@ pub struct GBufferOptions {
     pub isa: Isa,
 }
 
-/// The axes of a camera, scaled so that `forward + x right + y up` with `x, y` in [-1, 1] spans the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// The pinhole.
-    pub eye: [f64; 3],
-    /// Unit.
-    pub forward: [f64; 3],
-    /// Half the picture's width at distance 1.
-    pub right: [f64; 3],
-    /// Half the picture's height at distance 1.
-    pub up: [f64; 3],
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn normalize(a: [f64; 3]) -> Option<[f64; 3]> {
-    let length = dot(a, a).sqrt();
-    (length > 0.0 && length.is_finite()).then(|| a.map(|v| v / length))
-}
-
-impl Frame {
-    /// The axes of `camera` for a picture of the given size. A camera that looks along its own up vector, or at
-    /// its own eye, gets the next best axis.
-    pub fn new(camera: &Camera, width: usize, height: usize) -> Frame {
-        let eye = camera.eye.map(f64::from);
-        let toward = [0, 1, 2].map(|k| f64::from(camera.target[k]) - eye[k]);
-        let forward = normalize(toward).unwrap_or([0.0, 0.0, -1.0]);
-        let right = [camera.up.map(f64::from), [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-            .into_iter()
-            .find_map(|up| {
-                let r = cross(forward, normalize(up)?);
-                if dot(r, r) > 1e-12 { normalize(r) } else { None }
-            })
-            .unwrap_or([1.0, 0.0, 0.0]);
-        let up = cross(right, forward);
-        let half = (f64::from(camera.fov).to_radians() * 0.5).tan();
-        let aspect = width as f64 / height as f64;
-        Frame { eye, forward, right: right.map(|v| v * half * aspect), up: up.map(|v| v * half) }
-    }
-
-    /// The direction through the middle of a pixel (not unit; one along the viewing axis).
-    pub fn direction(&self, x: usize, y: usize, width: usize, height: usize) -> [f64; 3] {
-        let u = (2 * x + 1) as f64 / width as f64 - 1.0;
-        let v = 1.0 - (2 * y + 1) as f64 / height as f64;
-        [0, 1, 2].map(|k| self.forward[k] + u * self.right[k] + v * self.up[k])
-    }
-}
-
 /// Finds the sample of every pixel.
 pub fn render(
     scene: &Scene,
@@ -98,7 +45,7 @@ pub fn render(
 ) -> GBuffer {
     let mut bvh = Bvh::default();
     bvh.build(&scene.soup.positions);
-    let frame = Frame::new(camera, width, height);
+    let frame = View::new(camera, width, height);
     // Rays end well beyond everything: the farther, the finer the directions that f32 end points can name.
     let reach = (0..8)
         .map(|corner| {
@@ -119,11 +66,12 @@ pub fn render(
             normals: vec![[0.0; 3]; count],
             triangle: vec![u32::MAX; count],
             depth: vec![f32::INFINITY; count],
+            view: Some(frame),
         },
         bary: vec![[0.0; 2]; count],
     };
     let level = options.isa.level().unwrap_or_else(fearless_simd::Level::new);
-    let view = View { scene, bvh: &bvh, frame, reach, width, height };
+    let job = Job { scene, bvh: &bvh, frame, reach, width, height };
     let band = (width * TILE).max(1);
     let samples = &mut out.samples;
     samples
@@ -136,15 +84,15 @@ pub fn render(
         .enumerate()
         .for_each(|(index, ((((positions, normals), triangle), depth), bary))| {
             let band = Band { first_row: index * TILE, positions, normals, triangle, depth, bary };
-            dispatch!(level, s => render_band(s, &view, band));
+            dispatch!(level, s => render_band(s, &job, band));
         });
     out
 }
 
-struct View<'a> {
+struct Job<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
-    frame: Frame,
+    frame: View,
     reach: f64,
     width: usize,
     height: usize,
@@ -161,45 +109,45 @@ struct Band<'a> {
 }
 
 #[inline(always)]
-fn render_band<S: Simd>(s: S, view: &View<'_>, band: Band<'_>) {
-    let eye = view.frame.eye.map(|v| v as f32);
-    let rows = band.positions.len() / view.width;
+fn render_band<S: Simd>(s: S, job: &Job<'_>, band: Band<'_>) {
+    let eye = job.frame.eye.map(|v| v as f32);
+    let rows = band.positions.len() / job.width;
     let mut stack = Stack::default();
     let mut packet = Packet::EMPTY;
-    for tile in 0..view.width.div_ceil(TILE) {
+    for tile in 0..job.width.div_ceil(TILE) {
         packet.count = 0;
         for row in 0..rows {
-            for x in tile * TILE..view.width.min((tile + 1) * TILE) {
-                let d = view.frame.direction(x, band.first_row + row, view.width, view.height);
-                let p = [0, 1, 2].map(|k| (view.frame.eye[k] + d[k] * view.reach) as f32);
-                packet.push(p, (row * view.width + x) as u32);
+            for x in tile * TILE..job.width.min((tile + 1) * TILE) {
+                let d = job.frame.direction(x, band.first_row + row, job.width, job.height);
+                let p = [0, 1, 2].map(|k| (job.frame.eye[k] + d[k] * job.reach) as f32);
+                packet.push(p, (row * job.width + x) as u32);
             }
         }
         packet.pad();
-        let cone = Cone::new(eye, packet.bounds(), &view.bvh.bounds);
-        let mut nearest = Nearest::new(&packet, cone, eye, view.scene);
+        let cone = Cone::new(eye, packet.bounds(), &job.bvh.bounds);
+        let mut nearest = Nearest::new(&packet, cone, eye, job.scene);
         let mut counts = WalkCounts::default();
         s.vectorize(
             #[inline(always)]
-            || walk::<S, _, true>(s, view.bvh, &cone, &mut stack, &mut counts, &mut nearest),
+            || walk::<S, _, true>(s, job.bvh, &cone, &mut stack, &mut counts, &mut nearest),
         );
         for i in 0..packet.count {
             let Some(hit) = nearest.hit(i) else { continue };
             let at = packet.id[i] as usize;
-            let Some((position, normal)) = surface_point(view, eye, &hit) else { continue };
+            let Some((position, normal)) = surface_point(job, eye, &hit) else { continue };
             band.positions[at] = position;
             band.normals[at] = normal;
             band.triangle[at] = hit.triangle;
             band.bary[at] = hit.bary.map(|v| v as f32);
-            let d = [0, 1, 2].map(|k| f64::from(position[k]) - view.frame.eye[k]);
-            band.depth[at] = dot(d, view.frame.forward) as f32;
+            let d = [0, 1, 2].map(|k| f64::from(position[k]) - job.frame.eye[k]);
+            band.depth[at] = dot(d, job.frame.forward) as f32;
         }
     }
 }
 
 /// The sample of a hit: on the triangle, moved to the eye's side, and the geometric normal.
-fn surface_point(view: &View<'_>, eye: [f32; 3], hit: &Hit) -> Option<([f32; 3], [f32; 3])> {
-    let t = &view.scene.soup.positions[hit.triangle as usize];
+fn surface_point(job: &Job<'_>, eye: [f32; 3], hit: &Hit) -> Option<([f32; 3], [f32; 3])> {
+    let t = &job.scene.soup.positions[hit.triangle as usize];
     let v = t.map(|v| v.map(f64::from));
     let edge = |i: usize| [0, 1, 2].map(|k| v[i][k] - v[0][k]);
     let (ab, ac) = (edge(1), edge(2));

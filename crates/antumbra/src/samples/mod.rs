@@ -4,8 +4,10 @@ pub mod depth_buffer;
 pub mod gbuffer;
 pub mod offset;
 pub mod points;
+mod view;
 
 pub use gbuffer::GBuffer;
+pub use view::View;
 
 use crate::methods::Samples;
 
@@ -27,12 +29,14 @@ pub struct ViewSamples {
     pub triangle: Vec<u32>,
     /// Distance from the eye along the viewing axis.
     pub depth: Vec<f32>,
+    /// The camera that saw the samples, where known.
+    pub view: Option<View>,
 }
 
 impl ViewSamples {
     /// What a method takes.
     pub fn view(&self) -> Samples<'_> {
-        Samples { positions: &self.positions, width: self.width }
+        Samples { positions: &self.positions, width: self.width, view: self.view.as_ref() }
     }
 }
 

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::mask::LIT;
 use crate::samples::GBuffer;
-use crate::samples::gbuffer::Frame;
+use crate::samples::View;
 use crate::scene::{Camera, InputError, PointLight, Scene};
 use crate::vec3::{V3, add, dot, mix, mul, scale, sub, unit};
 use exposure::Exposure;
@@ -142,7 +142,7 @@ pub(crate) fn irradiance(s: &Surface, i: usize, lamps: &[Lamp<'_>], soften: bool
 
 /// The colour where there is nothing: a gradient along the camera's vertical.
 struct Backdrop {
-    frame: Frame,
+    frame: View,
     width: usize,
     height: usize,
     up: V3,
@@ -150,7 +150,7 @@ struct Backdrop {
 
 impl Backdrop {
     fn new(camera: &Camera, width: usize, height: usize) -> Backdrop {
-        let frame = Frame::new(camera, width, height);
+        let frame = View::new(camera, width, height);
         let up = unit(camera.up).unwrap_or([0.0, 1.0, 0.0]);
         Backdrop { frame, width, height, up }
     }
