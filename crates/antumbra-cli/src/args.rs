@@ -29,7 +29,7 @@ then --light. The same holds for --triangles where the lights do not share their
 If no camera is given: the first camera of the file; else, in a closed room, the longest view inside it; else
 three-quarters from outside, as near as all fits. If no light is given: the first point light of the file; else, in a
 room, under the ceiling in view; else above and beside the scene. Far-off sky domes do not count: scenes are framed by
-the 5 % to 95 % box of their vertices if the whole box is more than twice that on any axis.
+the 5 % to 95 % box of their vertices if the whole box is more than four times that on any axis.
 
 The exposure follows from the picture: the median lit surface gets the same brightness in every scene.";
 
