@@ -12,9 +12,9 @@
 //!
 //! # The camera
 //! 1. The file's first camera.
-//! 2. In a room: inside. Of a lattice of free places between 15 % and 60 % of the height, with some clearance
-//!    around, the place and the level direction with the longest views (mean logarithm of the free distances in a cone;
-//!    a view that leaves the scene counts 30 %).
+//! 2. In a room: inside. Of a lattice of free places where the things are (the percentiles' box seen from above), between
+//!    15 % and 60 % of the height and with some clearance around, the place and the level direction with the longest
+//!    views (mean logarithm of the free distances in a cone; a view that leaves the scene counts 30 %).
 //! 3. Otherwise from outside: three quarters from the front of the longer side and from above (more so if the scene is
 //!    flat), as near as all vertices of the framed box allow.
 //!
@@ -83,6 +83,7 @@ pub struct Defaults<'a> {
 /// What is known about the space of a scene.
 struct Survey {
     framed: Bounds,
+    core: Bounds,
     /// Where a room is looked for.
     space: Bounds,
     voxels: Voxels,
@@ -140,7 +141,8 @@ impl<'a> Defaults<'a> {
 
     fn survey(&self) -> Option<&Survey> {
         let make = || {
-            let (framed, all) = (framed_bounds(self.scene)?, self.scene.soup.bounds()?);
+            let (framed, core) = (framed_bounds(self.scene)?, core_bounds(self.scene)?);
+            let all = self.scene.soup.bounds()?;
             let axes = [0, 1, 2];
             let margin = |k: usize| 0.5 * (framed.1[k] - framed.0[k]);
             let space = (
@@ -148,7 +150,7 @@ impl<'a> Defaults<'a> {
                 axes.map(|k| (framed.1[k] + margin(k)).min(all.1[k])),
             );
             let voxels = Voxels::new(&self.scene.soup.positions, space.0, space.1);
-            let mut survey = Survey { framed, space, voxels, is_room: false };
+            let mut survey = Survey { framed, core, space, voxels, is_room: false };
             survey.is_room = survey.looks_like_a_room();
             Some(survey)
         };
@@ -248,12 +250,18 @@ impl Survey {
     /// Eye and target of the view that sees farthest, `None` if there is no room to stand.
     fn longest_view(&self, up: V3) -> Option<(V3, V3)> {
         const AROUND: usize = 16;
+        // Weights of the directions around the viewing one: depth counts more than width.
+        const CONE: [f32; 5] = [0.5, 2.0, 3.0, 2.0, 0.5];
         // What a view out of the scene is worth: an open roof is no wall, but there is nothing to see.
         const OPEN_VIEW: f32 = 0.3;
         let [side, _, front] = axes([0.0; 3], [up[1], up[2], up[0]], up);
         let (low, high) = (dot(up, self.space.0), dot(up, self.space.1));
         let (low, high) = (low.min(high), low.max(high));
-        let level = |p: V3| (0.15..0.6).contains(&((dot(up, p) - low) / (high - low)));
+        let (least, most) = self.core;
+        let level = |p: V3| {
+            (0.15..0.6).contains(&((dot(up, p) - low) / (high - low)))
+                && (0..3).all(|k| up[k] != 0.0 || (least[k]..=most[k]).contains(&p[k]))
+        };
         let direction = |azimuth: usize, tilt: f32| {
             let angle = azimuth as f32 * std::f32::consts::TAU / AROUND as f32;
             let flat = add(scale(side, angle.cos()), scale(front, angle.sin()));
@@ -272,8 +280,11 @@ impl Survey {
                 return None;
             }
             let score = |azimuth: usize| {
-                let cone = (AROUND - 2..=AROUND + 2).flat_map(|d| rays[(azimuth + d) % AROUND]);
-                cone.map(|d| (d / cell).ln()).sum::<f32>()
+                let part = |(k, weight): (usize, &f32)| {
+                    let column = rays[(azimuth + AROUND - 2 + k) % AROUND];
+                    weight * column.iter().map(|d| (d / cell).ln()).sum::<f32>()
+                };
+                CONE.iter().enumerate().map(part).sum::<f32>()
             };
             let azimuth = (0..AROUND).max_by(|&a, &b| score(a).total_cmp(&score(b)))?;
             let target = add(eye, scale(direction(azimuth, -0.06), 0.6 * rays[azimuth][1]));

@@ -27,6 +27,11 @@ impl<'a> Pyramid<'a> {
         Pyramid { texture, cutout, halves: OnceLock::new() }
     }
 
+    /// Makes the reduced images now.
+    pub(super) fn prepare(&self, decode: &[f32; 256]) {
+        self.halves.get_or_init(|| self.build(decode));
+    }
+
     /// Texels of the full image.
     pub(super) fn area(&self) -> f32 {
         self.texture.width as f32 * self.texture.height as f32
@@ -91,7 +96,8 @@ impl<'a> Pyramid<'a> {
         let linear = decode.map(|v| (v * 65535.0 + 0.5) as u16);
         let Texture { width, height, pixels, .. } = self.texture;
         let mut halves = Vec::new();
-        if *width > 1 || *height > 1 {
+        let complete = pixels.len() >= *width as usize * *height as usize;
+        if complete && width.min(height) > &0 && width.max(height) > &1 {
             halves.push(self.halve(*width, *height, |i| {
                 let p = pixels[i];
                 [
