@@ -6,7 +6,7 @@ use super::math::{Rng, V3, add, around, fractal, lerp, mix, noise, scale, turn, 
 use crate::scene::Texture;
 
 const HALF: f64 = 17.0;
-const LIGHT: V3 = [-0.6, 1.9, -1.6];
+const LIGHT: V3 = [-0.4, 1.9, -1.4];
 const EYE: V3 = [3.2, 2.3, 13.5];
 
 pub(super) fn forest(arguments: &Arguments, b: &mut Builder) {
@@ -52,7 +52,7 @@ pub(super) fn forest(arguments: &Arguments, b: &mut Builder) {
         b.object(format!("tree {}", k + 1));
         tree(b, &mut rng, [x, height(x, z, seed) - 0.1, z], cards);
     }
-    b.light(LIGHT, 0xffefcf, 7.5).camera(EYE, [-0.3, 1.9, -2.0], 46.0);
+    b.light(LIGHT, 0xffefcf, 11.0).camera(EYE, [-0.3, 1.9, -2.0], 46.0);
 }
 
 fn height(x: f64, z: f64, seed: u64) -> f64 {
@@ -61,18 +61,30 @@ fn height(x: f64, z: f64, seed: u64) -> f64 {
 
 fn stones(b: &mut Builder, rng: &mut Rng, seed: u64, budget: usize) {
     b.object("stones").paint("stone", 0x8d8a83);
+    // A ring of standing stones about the light, whose shadows reach to the trees.
+    for k in 0..9 {
+        let [x, _, z] = add(LIGHT, around(2.7, (k as f64 + 0.3) / 9.0, 0.0));
+        let size = [rng.range(0.2, 0.32), rng.range(0.7, 1.25), rng.range(0.16, 0.24)];
+        let stream = seed + 40 + k;
+        let place = Place::at([x, height(x, z, seed) + 0.55 * size[1], z]).turned(rng.unit()).scaled(size);
+        b.within(place, |b| stone(b, stream));
+    }
     for k in 0..(budget / 190).clamp(1, 14) {
         let [x, _, z] = around(rng.range(1.0, 6.0), rng.unit(), 0.0);
         let size = rng.range(0.15, 0.5);
         let stream = seed + 20 + k as u64;
-        b.within(Place::at([x, height(x, z, seed) + 0.2 * size, z]).scaled([size, 0.7 * size, size]), |b| {
-            b.surface([14, 7], [true, false], |u, v| {
-                let (cos, sin) = turn(0.5 * v);
-                let p = around(sin, -u, -cos);
-                scale(p, 1.0 + 0.3 * fractal(scale(p, 0.8), stream))
-            });
-        });
+        let place = Place::at([x, height(x, z, seed) + 0.2 * size, z]).scaled([size, 0.7 * size, size]);
+        b.within(place, |b| stone(b, stream));
     }
+}
+
+/// A rough ball, closed, of about size 1.
+fn stone(b: &mut Builder, seed: u64) {
+    b.surface([14, 7], [true, false], |u, v| {
+        let (cos, sin) = turn(0.5 * v);
+        let p = around(sin, -u, -cos);
+        scale(p, 1.0 + 0.3 * fractal(scale(p, 0.8), seed))
+    });
 }
 
 fn tree(b: &mut Builder, rng: &mut Rng, foot: V3, cards: usize) {

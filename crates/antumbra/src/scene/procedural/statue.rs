@@ -13,10 +13,10 @@ const SECTIONS: [[f64; 6]; 15] = [
     [0.95, 0.05, 0.01, 0.295, 0.25, 0.024],
     [1.12, 0.03, 0.00, 0.245, 0.20, 0.016],
     [1.26, 0.01, 0.01, 0.280, 0.215, 0.013],
-    [1.40, 0.00, 0.01, 0.320, 0.200, 0.012],
-    [1.49, 0.00, 0.00, 0.295, 0.175, 0.012],
-    [1.55, 0.00, 0.00, 0.220, 0.155, 0.011],
-    [1.60, -0.005, 0.005, 0.168, 0.143, 0.004],
+    [1.40, 0.00, 0.01, 0.320, 0.200, 0.009],
+    [1.49, 0.00, 0.00, 0.295, 0.175, 0.006],
+    [1.55, 0.00, 0.00, 0.220, 0.155, 0.002],
+    [1.60, -0.005, 0.005, 0.168, 0.143, 0.000],
     [1.67, -0.01, 0.015, 0.134, 0.142, 0.000],
     [1.74, -0.01, 0.02, 0.137, 0.152, 0.000],
     [1.81, -0.01, 0.01, 0.137, 0.157, 0.000],
@@ -36,7 +36,7 @@ pub(super) fn statue(arguments: &Arguments, b: &mut Builder) {
     b.within(Place::at([0.0, PLINTH, 0.0]).turned(0.04), |b| {
         b.surface([columns, 2 * columns], [true, false], |u, v| figure(1.0 - u, v, seed));
     });
-    b.light([-1.8, 3.3, 2.3], 0xfff2dd, 3.1).camera([1.25, 1.95, 5.0], [0.05, 1.98, 0.0], 37.0);
+    b.light([-1.55, 3.3, 2.5], 0xfff2dd, 3.1).camera([1.25, 1.95, 5.0], [0.05, 1.98, 0.0], 37.0);
 }
 
 /// All six numbers of the section at height `y`: cubic Hermite curves with central differences as slopes.
@@ -91,6 +91,9 @@ fn figure(u: f64, v: f64, seed: u64) -> V3 {
     d -= front * 0.012 * (bump(across - 0.045, 0.028) + bump(across + 0.045, 0.028)) * bump(y - 1.778, 0.022);
     d += front * 0.009 * bump(across, 0.045) * bump(y - 1.700, 0.012);
     d += front * 0.014 * bump(across, 0.04) * bump(y - 1.660, 0.02);
+    // It is set back into the hood.
+    let oval = (across / 0.085) * (across / 0.085) + ((y - 1.735) / 0.125) * ((y - 1.735) / 0.125);
+    d -= front * 0.02 * (1.0 - smoothstep(0.85, 1.15, oval));
     // The chisel and the grain of the stone.
     let scaled = |s: f64| p.map(|c| c * s);
     d += 0.004 * fractal(scaled(7.0), seed + 1) + 0.0003 * noise(scaled(160.0), seed + 2);
