@@ -68,7 +68,8 @@
 //!     // Last, and only for samples that no other triangle blocks for certain.
 //!     for (lane, unsure) in open {
 //!         let Some(resolver) = Resolver::new(&triangles[lane], light) else { continue };
-//!         for i in (0..8).filter(|i| (unsure & !blocked) >> i & 1 == 1) {
+//!         let ask = unsure & !blocked;
+//!         for i in (0..8).filter(|i| ask >> i & 1 == 1) {
 //!             blocked |= u8::from(resolver.blocks(samples[i]).0) << i;
 //!         }
 //!     }
