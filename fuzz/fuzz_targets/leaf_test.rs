@@ -41,18 +41,28 @@ fn line(t: &Triangle, light: Point, p: Point, truth: &oracle::Truth) -> String {
     let words: Vec<String> =
         t.iter().chain([&light, &p]).flatten().map(|x| format!("{:08x}", x.to_bits())).collect();
     let [ab, bc, ca] = truth.sides;
-    format!("{} | {} {ab} {bc} {ca} {} {}", words.join(" "), truth.facing, truth.beyond, u8::from(truth.blocks))
+    format!(
+        "{} | {} {ab} {bc} {ca} {} {}",
+        words.join(" "),
+        truth.facing,
+        truth.beyond,
+        u8::from(truth.blocks)
+    )
 }
 
 /// Lane 3 of a full block, each sample in lanes of its own: (maybe, covers, [(blocked, unsure); 2]).
 #[inline(always)]
-fn filter<S: Simd>(s: S, t: &Triangle, light: Point, samples: [Point; 2], facing: i8) -> (bool, bool, [(bool, bool); 2]) {
+fn filter<S: Simd>(
+    s: S,
+    t: &Triangle,
+    light: Point,
+    samples: [Point; 2],
+    facing: i8,
+) -> (bool, bool, [(bool, bool); 2]) {
     const LANE: usize = 3;
     let [u, v] = samples;
-    let group = SampleGroup::from_bounds(
-        [0, 1, 2].map(|k| u[k].min(v[k])),
-        [0, 1, 2].map(|k| u[k].max(v[k])),
-    );
+    let group =
+        SampleGroup::from_bounds([0, 1, 2].map(|k| u[k].min(v[k])), [0, 1, 2].map(|k| u[k].max(v[k])));
     let mut tests = Coefficients::ZERO;
     let triangles = TriangleBlock { corner: t.map(|p| p.map(|x| [x; 8])) };
     let verdict = triangles.against(s, 0xff, light, &group, &mut tests);

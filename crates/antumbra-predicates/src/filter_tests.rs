@@ -4,7 +4,7 @@
 
 use fearless_simd::{Level, SimdBase, dispatch, f32x8};
 
-use super::{Coefficients, SampleGroup, TriangleBlock};
+use super::{Coefficients, KAPPA, SampleGroup, TriangleBlock};
 
 type V = [f64; 3];
 
@@ -95,6 +95,8 @@ fn rounding_stays_below_the_proven_bound() {
             worst[k] = worst[k].max(best);
         }
         std::println!("{level:?}: worst errors found {worst:.2?} u");
+        // Random samples rarely come near a sign that a bound too small would get wrong; this is what guards the constant.
         assert!(worst.iter().all(|&w| w > 1.0 && w < 12.0), "{worst:?}");
+        const { assert!(KAPPA >= 12.0 * 0.5 * f32::EPSILON) };
     }
 }
