@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
 use antumbra::Isa;
 use antumbra::methods::{CATALOGUE, MethodInfo, Options, info};
+use anyhow::{Result, bail};
 
 use crate::args;
 use crate::values;
@@ -198,7 +198,9 @@ impl Render {
         let files = [&plan.picture, &plan.mask, &plan.samples, &plan.triangles, &plan.stats];
         let files: Vec<&Path> = files.into_iter().flatten().map(PathBuf::as_path).collect();
         if files.is_empty() && !plan.talk.json {
-            bail!("nothing to write: give -o picture.png, or --mask, --samples, --triangles, --stats, --json");
+            bail!(
+                "nothing to write: give -o picture.png, or --mask, --samples, --triangles, --stats, --json"
+            );
         }
         distinct(&files)?;
         Ok(plan)
@@ -319,16 +321,20 @@ mod tests {
 
     #[test]
     fn negative_coordinates_may_follow_a_space_or_an_equals_sign() {
-        for words in ["a.glb --json --light -1,2,3", "a.glb --light=-1,2,3 --json", "--light -1,2,3 a.glb --json"] {
+        for words in
+            ["a.glb --json --light -1,2,3", "a.glb --light=-1,2,3 --json", "--light -1,2,3 a.glb --json"]
+        {
             assert_eq!(render(words).unwrap().lights.positions, [[-1.0, 2.0, 3.0]], "{words}");
         }
-        let plan = render("a.glb --json --light -1,2,3 --light .5,0,-0 --light-index 2 --light-index 0").unwrap();
+        let plan =
+            render("a.glb --json --light -1,2,3 --light .5,0,-0 --light-index 2 --light-index 0").unwrap();
         assert_eq!((plan.lights.positions.len(), plan.lights.indices), (2, vec![2, 0]));
     }
 
     #[test]
     fn cameras_are_checked() {
-        let plan = render("builtin:room?seed=3 --json --eye -1,0,0 --up 0,0,1 --fov 30 --size 64x48").unwrap();
+        let plan =
+            render("builtin:room?seed=3 --json --eye -1,0,0 --up 0,0,1 --fov 30 --size 64x48").unwrap();
         assert_eq!(plan.input.source, Source::Builtin("room?seed=3".to_owned()));
         assert_eq!((plan.view.eye, plan.view.size), (Some([-1.0, 0.0, 0.0]), [64, 48]));
         for bad in [

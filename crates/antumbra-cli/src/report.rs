@@ -73,9 +73,8 @@ impl StatsReport {
     pub(crate) fn of_runs(runs: &[Stats]) -> Option<StatsReport> {
         let times: Vec<f64> = runs.iter().map(|s| s.total_ms).collect();
         let median = median(&times)?;
-        let nearest = runs.iter().min_by(|a, b| {
-            (a.total_ms - median).abs().total_cmp(&(b.total_ms - median).abs())
-        })?;
+        let nearest =
+            runs.iter().min_by(|a, b| (a.total_ms - median).abs().total_cmp(&(b.total_ms - median).abs()))?;
         Some(StatsReport { total_ms: median, runs_ms: times, ..StatsReport::new(nearest) })
     }
 
@@ -170,8 +169,9 @@ mod tests {
         assert_eq!((report.total_ms, report.shadowed, report.stages[0].ms), (3.0, 4, 3.0));
         assert_eq!((report.bytes.0[0].1, report.counters.0[0].1), (10, 6));
         let json = serde_json::to_string(&report).unwrap();
-        let places: Vec<usize> =
-            ["schema_version", "method", "stages", "total_ms", "bytes", "counters"].map(|k| json.find(k).unwrap()).into();
+        let places: Vec<usize> = ["schema_version", "method", "stages", "total_ms", "bytes", "counters"]
+            .map(|k| json.find(k).unwrap())
+            .into();
         assert!(places.is_sorted(), "{json}");
         assert!(!json.contains("runs_ms"));
     }

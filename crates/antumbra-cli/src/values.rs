@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 
 /// `X,Y,Z`: three finite numbers.
 pub(crate) fn point(option: &str, text: &str) -> Result<[f32; 3]> {
-    let numbers: Vec<f32> = text.split(',').map_while(|part| finite(part)).collect();
+    let numbers: Vec<f32> = text.split(',').map_while(finite).collect();
     match <[f32; 3]>::try_from(numbers) {
         Ok(point) if text.split(',').count() == 3 => Ok(point),
         _ => bail!("{option} {text}: expected three finite numbers, e.g. {option} 1,2.5,-3"),
@@ -36,7 +36,7 @@ pub(crate) fn radius(option: &str, text: &str) -> Result<f32> {
 /// Degrees of a field of view.
 pub(crate) fn angle(option: &str, text: &str) -> Result<f32> {
     match finite(text) {
-        Some(v) if v >= 0.001 && v <= 179.0 => Ok(v),
+        Some(v) if (0.001..=179.0).contains(&v) => Ok(v),
         _ => bail!("{option} {text}: expected degrees between 0.001 and 179, e.g. {option} 45"),
     }
 }
@@ -55,9 +55,9 @@ const MOST_PIXELS: usize = 1 << 27;
 
 /// `WxH`.
 pub(crate) fn size(text: &str) -> Result<[usize; 2]> {
-    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| {
-        Some([w.trim().parse::<usize>().ok()?, h.trim().parse::<usize>().ok()?])
-    });
+    let sides = text
+        .split_once(['x', 'X', '×'])
+        .and_then(|(w, h)| Some([w.trim().parse::<usize>().ok()?, h.trim().parse::<usize>().ok()?]));
     match sides {
         Some([w, h]) if w == 0 || h == 0 => bail!("--size {text}: a picture needs at least 1x1 pixels"),
         Some([w, h]) if w.max(h) > LONGEST_SIDE || w * h > MOST_PIXELS => bail!(
@@ -124,14 +124,18 @@ mod tests {
     #[test]
     fn numbers_have_ranges() {
         assert!(radius("--skip-radius", "-1").is_err() && radius("--skip-radius", "0").is_ok());
-        assert!(angle("--fov", "180").is_err() && angle("--fov", "0").is_err() && angle("--fov", "45").is_ok());
+        assert!(
+            angle("--fov", "180").is_err() && angle("--fov", "0").is_err() && angle("--fov", "45").is_ok()
+        );
         assert!(count("--threads", "0", 9).is_err() && count("--threads", "9", 9).is_ok());
         assert!(number("--time", "nan").is_err());
     }
 
     #[test]
     fn globs() {
-        for (pattern, name) in [("*", ""), ("lamp*", "lamp 3"), ("*glass*", "a glass b"), ("a?c", "abc"), ("*a*b", "xaayb")] {
+        for (pattern, name) in
+            [("*", ""), ("lamp*", "lamp 3"), ("*glass*", "a glass b"), ("a?c", "abc"), ("*a*b", "xaayb")]
+        {
             assert!(matches(pattern, name), "{pattern} {name}");
         }
         for (pattern, name) in [("", "a"), ("lamp", "lamp 3"), ("a?c", "ac"), ("*a*b", "ba"), ("?", "")] {

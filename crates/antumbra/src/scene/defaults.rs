@@ -8,7 +8,7 @@
 //! 1. The file's first camera.
 //! 2. In a *room*: inside. Of a lattice of free places between 30 % and 60 % of the height, with some clearance
 //!    around, the place and the level direction with the longest views (mean logarithm of the free distances in a cone;
-//!    a view that leaves the scene counts as short).
+//!    a view that leaves the scene counts 30 %).
 //! 3. Otherwise from outside: three quarters from the front of the longer side and from above (more so if the scene is
 //!    flat), as near as all vertices of the framed box allow.
 //!
@@ -234,6 +234,8 @@ impl Survey {
     /// Eye and target of the view that sees farthest, `None` if there is no room to stand.
     fn longest_view(&self, up: V3) -> Option<(V3, V3)> {
         const AROUND: usize = 16;
+        // What a view out of the scene is worth: an open roof is no wall, but there is nothing to see.
+        const OPEN_VIEW: f32 = 0.3;
         let [side, _, front] = axes([0.0; 3], [up[1], up[2], up[0]], up);
         let (low, high) = (dot(up, self.framed.0), dot(up, self.framed.1));
         let (low, high) = (low.min(high), low.max(high));
@@ -246,9 +248,12 @@ impl Survey {
         let cell = self.voxels.cell;
         let mut best: Option<(f32, V3, V3)> = None;
         for eye in self.lattice(level).into_iter().map(|c| self.voxels.centre(c)) {
-            // A view out of the scene is no view; nor is one that starts with its nose at a wall.
-            let reach = |azimuth, tilt| self.voxels.free_path(eye, direction(azimuth, tilt)).unwrap_or(cell);
+            let reach = |azimuth, tilt| match self.voxels.free_path(eye, direction(azimuth, tilt)) {
+                Ok(distance) => distance,
+                Err(distance) => OPEN_VIEW * distance,
+            };
             let rays: Vec<[f32; 3]> = (0..AROUND).map(|a| [-0.25, 0.0, 0.25].map(|t| reach(a, t))).collect();
+            // Not with the nose, or the back of the head, at a wall.
             if rays.iter().flatten().any(|d| *d < 1.5 * cell) {
                 continue;
             }
