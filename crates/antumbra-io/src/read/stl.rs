@@ -7,7 +7,7 @@ use std::path::Path;
 
 use antumbra::scene::{Scene, Triangle};
 
-use super::obj::mesh::{Budget, Names, Text, load, number, plain_scene, quote};
+use super::mesh::{Budget, Names, Text, load, number, plain_scene, quote};
 use crate::Error;
 
 /// Bytes before the first facet, and of a facet.

@@ -6,7 +6,6 @@ mod obj;
 mod ply;
 mod real_scenes;
 mod stl;
-mod timings;
 mod write;
 
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 //!
 //! Source: R. Kern, "A Simple File Format for NumPy Arrays", NEP 1, 2007; versions 2 and 3 as in `numpy.lib.format`.
 
-use super::super::obj::mesh::quote;
+use super::super::mesh::quote;
 
 /// Longest header; NumPy itself warns from 10,000 bytes on.
 pub(super) const LONGEST: usize = 1 << 16;

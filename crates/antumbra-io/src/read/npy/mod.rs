@@ -12,7 +12,7 @@ use std::path::Path;
 use antumbra::mask::{LIT, NONE, SHADOWED};
 use antumbra::scene::{Scene, Triangle, check_triangles};
 
-use super::obj::mesh::{Budget, plain_scene};
+use super::mesh::{Budget, plain_scene};
 use crate::Error;
 use header::Header;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use antumbra::scene::{Scene, Soup};
 
-use super::mesh::{Budget, linear_of_srgb, stem};
+use super::super::mesh::{Budget, linear_of_srgb, stem};
 use super::{Obj, material};
 use crate::Error;
 

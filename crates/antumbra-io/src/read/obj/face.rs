@@ -1,6 +1,6 @@
 //! Faces: corners, and what they point to.
 
-use super::mesh::{Budget, Text, quote};
+use super::super::mesh::{Budget, Text, quote};
 use super::values;
 
 /// Points to nothing.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use antumbra::scene::{AlphaMode, Material, Texture};
 
-use super::mesh::{Budget, Names, Text, load, number, quote};
+use super::super::mesh::{Budget, Names, Text, load, number, quote};
 use super::texture::{Map, Textures};
 use crate::Error;
 

@@ -6,9 +6,6 @@
 //!
 //! Source of the format: P. Bourke's copy of the Wavefront Advanced Visualizer manual, appendices B1 and B5.
 
-#[path = "../mesh/mod.rs"]
-pub(super) mod mesh;
-
 mod build;
 mod face;
 mod material;
@@ -19,10 +16,10 @@ use std::path::Path;
 
 use antumbra::scene::Scene;
 
+use super::mesh::polygon::Cutter;
+use super::mesh::{Budget, Names, Text, finite, load, number};
 use crate::Error;
 use face::{Corner, Counts, Furthest};
-use mesh::polygon::Cutter;
-use mesh::{Budget, Names, Text, finite, load, number};
 
 /// Reads an OBJ file: every `o` or `g` name is an object, every `usemtl` name a material.
 pub(super) fn open(path: &Path) -> Result<Scene, Error> {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use antumbra::scene::{Texture, Wrap};
 use image::{ImageReader, Limits};
 
-use super::mesh::{Budget, Text, number};
+use super::super::mesh::{Budget, Text, number};
 
 /// A texture statement.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! The body: values in order, whatever their type and byte order.
 
-use super::super::obj::mesh::{Text, number, quote};
+use super::super::mesh::{Text, number, quote};
 use super::header::{Element, Format, Property, Scalar};
 
 const ENDED: &str = "the file ends early: truncated?";

@@ -1,6 +1,6 @@
 //! The header: which elements follow, and how they are written.
 
-use super::super::obj::mesh::{Text, quote};
+use super::super::mesh::{Text, quote};
 
 /// How the body is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

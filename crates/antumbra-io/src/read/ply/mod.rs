@@ -12,8 +12,8 @@ use std::path::Path;
 
 use antumbra::scene::Scene;
 
-use super::obj::mesh::polygon::Cutter;
-use super::obj::mesh::{Budget, linear_of_byte, linear_of_srgb, load, plain_scene};
+use super::mesh::polygon::Cutter;
+use super::mesh::{Budget, linear_of_byte, linear_of_srgb, load, plain_scene};
 use crate::Error;
 use body::Body;
 use header::{Element, Header, Scalar};
