@@ -44,7 +44,7 @@ const COMPARE_HELP: &str = "\
 Example:
   antumbra compare scene.glb --light 1,2,-3 --methods ray-cast,cube-map --diff-dir differences
 
-The reference is `oracle` (exact arithmetic, every triangle against every sample) where that is at most 300 million pairs,
+The reference is `oracle` (exact arithmetic, every triangle against every sample) where that is at most 1000 million pairs or it is named in --methods,
 else `ray-cast` (the same leaf test behind a conservative hierarchy); --reference overrides it. `--methods all` leaves
 out the oracle where it would take too long. Leaks: shadowed in the reference, lit here. Acne: the other way round.
 Exit code 1 if a method that claims to be exact differs in any sample.";

@@ -102,6 +102,12 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
         total.total_ms,
         program_ms / 1e3,
     ));
+    if total.samples > 0 && total.shadowed as f64 >= 0.999 * total.samples as f64 {
+        progress.note(
+            "note: nearly everything is in shadow: the light may sit inside something, such as lamp glass; --skip-radius R \
+             leaves out casters nearer than R to it, --light-index N takes another light of the file",
+        );
+    }
     if !written.is_empty() {
         let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
         progress.note(&format!("wrote {}", names.join(", ")));
