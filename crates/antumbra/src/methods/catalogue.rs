@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle, RayCast};
+use super::{Method, Ofts, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -37,6 +37,14 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "ofts",
+        aliases: &["fts", "irregular-z-buffer"],
+        source: "Kobrtek et al. 2021, sections 2.3 and 3.4; Wyman et al. 2015",
+        exact: true,
+        idea: "sorts samples into cells of directions around the light and rasterises triangles into the cells",
+        cost: "lists O(N), traversal O(touched cells and their samples)",
     },
 ];
 
@@ -79,6 +87,7 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "ofts" => Box::new(Ofts::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

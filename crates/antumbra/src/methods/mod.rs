@@ -2,11 +2,13 @@
 
 mod catalogue;
 pub(crate) mod leaf;
+mod ofts;
 mod oracle;
 mod ray_cast;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
+pub use ofts::Ofts;
 pub use oracle::Oracle;
 pub use ray_cast::RayCast;
 pub use stats::{Stage, Stats, StatsBuilder};
