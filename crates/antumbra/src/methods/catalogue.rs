@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Ofts, Oracle, RayCast};
+use super::{CubeMap, DualParaboloid, Method, Ofts, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -46,6 +46,22 @@ pub const CATALOGUE: &[MethodInfo] = &[
         idea: "sorts samples into cells of directions around the light and rasterises triangles into the cells",
         cost: "lists O(N), traversal O(touched cells and their samples)",
     },
+    MethodInfo {
+        name: "cube-map",
+        aliases: &["cubeshadowmapping", "cube-shadow-map"],
+        source: "Williams 1978; Gerasimov 2004; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest depth of each texel of six faces and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
+    MethodInfo {
+        name: "dual-paraboloid",
+        aliases: &["dpsm"],
+        source: "Brabec et al. 2002; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest distance of each texel of two paraboloids and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
 ];
 
 /// Options that all methods share.
@@ -88,6 +104,8 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
         "ofts" => Box::new(Ofts::new(options)),
+        "cube-map" => Box::new(CubeMap::new(options)),
+        "dual-paraboloid" => Box::new(DualParaboloid::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)
