@@ -118,7 +118,11 @@ impl Draw<'_> {
                 }
                 let mut bias = self.bias;
                 if self.options.slope_bias != 0.0 {
-                    let change = |d: V3| (self.plane.distance(d).clamp(0.0, self.farthest) - distance).abs();
+                    // A neighbour that looks past the plane's horizon sees it nowhere: as far as can be.
+                    let change = |d: V3| match self.plane.distance(d) {
+                        there if there > 0.0 => (there.min(self.farthest) - distance).abs(),
+                        _ => (self.farthest - distance).abs(),
+                    };
                     let slope = change(texel_at(x + 1.0, y)).max(change(texel_at(x, y + 1.0)));
                     bias += f64::from(self.options.slope_bias) * slope;
                 }
