@@ -25,7 +25,7 @@ pub(crate) fn run(plan: &Mask) -> Result<ExitCode> {
     let casters = soup.casters(&light);
     // A picture's rows help some methods; a list is one row.
     let width = *shape.last().unwrap_or(&positions.len());
-    let samples = Samples { positions: &positions, width };
+    let samples = Samples::image(&positions, width);
 
     let mut method = create(plan.method.info.name, &plan.method.options)?;
     let mut mask = vec![0; positions.len()];
