@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle, RayCast};
+use super::{CubeMap, DualParaboloid, Method, Ofts, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -37,6 +37,30 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "ofts",
+        aliases: &["fts", "irregular-z-buffer"],
+        source: "Kobrtek et al. 2021, sections 2.3 and 3.4; Wyman et al. 2015",
+        exact: true,
+        idea: "sorts samples into cells of directions around the light and rasterises triangles into the cells",
+        cost: "lists O(N), traversal O(touched cells and their samples)",
+    },
+    MethodInfo {
+        name: "cube-map",
+        aliases: &["cubeshadowmapping", "cube-shadow-map"],
+        source: "Williams 1978; Gerasimov 2004; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest depth of each texel of six faces and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
+    MethodInfo {
+        name: "dual-paraboloid",
+        aliases: &["dpsm"],
+        source: "Brabec et al. 2002; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest distance of each texel of two paraboloids and compares",
+        cost: "draw O(T + texels), look up O(N)",
     },
 ];
 
@@ -79,6 +103,9 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "ofts" => Box::new(Ofts::new(options)),
+        "cube-map" => Box::new(CubeMap::new(options)),
+        "dual-paraboloid" => Box::new(DualParaboloid::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

@@ -2,13 +2,17 @@
 
 mod catalogue;
 pub(crate) mod leaf;
+mod ofts;
 mod oracle;
 mod ray_cast;
+mod shadow_map;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
+pub use ofts::Ofts;
 pub use oracle::Oracle;
 pub use ray_cast::RayCast;
+pub use shadow_map::{CubeMap, DualParaboloid, ShadowMapOptions};
 pub use stats::{Stage, Stats, StatsBuilder};
 
 use crate::samples::View;
