@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle, RayCast};
+use super::{Dpsv, DpsvQuery, Method, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -37,6 +37,30 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "dpsv-hybrid",
+        aliases: &["dpsv"],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a small stack that overflows into the stackless walk",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stack",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a stack",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stackless",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with the way back stored in the tree",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
     },
 ];
 
@@ -79,6 +103,9 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "dpsv-hybrid" => Box::new(Dpsv::new(options, DpsvQuery::HYBRID)),
+        "dpsv-stack" => Box::new(Dpsv::new(options, DpsvQuery::Stack)),
+        "dpsv-stackless" => Box::new(Dpsv::new(options, DpsvQuery::Stackless)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

@@ -1,12 +1,14 @@
 //! Who finds the blocking triangle. All methods have one shape, [`Method::shadow`], and one answer.
 
 mod catalogue;
+mod dpsv;
 pub(crate) mod leaf;
 mod oracle;
 mod ray_cast;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
+pub use dpsv::{Dpsv, Query as DpsvQuery};
 pub use oracle::Oracle;
 pub use ray_cast::RayCast;
 pub use stats::{Stage, Stats, StatsBuilder};
