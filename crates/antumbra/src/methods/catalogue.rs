@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{CubeMap, DualParaboloid, Method, Ofts, Oracle, RayCast};
+use super::{CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -62,6 +62,30 @@ pub const CATALOGUE: &[MethodInfo] = &[
         idea: "keeps the nearest distance of each texel of two paraboloids and compares",
         cost: "draw O(T + texels), look up O(N)",
     },
+    MethodInfo {
+        name: "dpsv-hybrid",
+        aliases: &["dpsv"],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a small stack that overflows into the stackless walk",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stack",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a stack",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stackless",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with the way back stored in the tree",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
 ];
 
 /// Options that all methods share.
@@ -106,6 +130,9 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
         "ofts" => Box::new(Ofts::new(options)),
         "cube-map" => Box::new(CubeMap::new(options)),
         "dual-paraboloid" => Box::new(DualParaboloid::new(options)),
+        "dpsv-hybrid" => Box::new(Dpsv::new(options, DpsvQuery::HYBRID)),
+        "dpsv-stack" => Box::new(Dpsv::new(options, DpsvQuery::Stack)),
+        "dpsv-stackless" => Box::new(Dpsv::new(options, DpsvQuery::Stackless)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

@@ -1,6 +1,7 @@
 //! Who finds the blocking triangle. All methods have one shape, [`Method::shadow`], and one answer.
 
 mod catalogue;
+mod dpsv;
 pub(crate) mod leaf;
 mod ofts;
 mod oracle;
@@ -9,6 +10,7 @@ mod shadow_map;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
+pub use dpsv::{Dpsv, Query as DpsvQuery};
 pub use ofts::Ofts;
 pub use oracle::Oracle;
 pub use ray_cast::RayCast;
