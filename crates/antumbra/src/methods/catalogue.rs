@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle, RayCast};
+use super::{Method, Oracle, Ptsv, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -37,6 +37,14 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "ptsv",
+        aliases: &["sintorn"],
+        source: "Sintorn, Olsson, Assarsson 2011",
+        exact: true,
+        idea: "rasterises each triangle's shadow frustum into a pyramid over the picture, whole tiles at once",
+        cost: "build O(N + T), walk O(T log N + length of shadow outlines in tiles)",
     },
 ];
 
@@ -79,6 +87,7 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "ptsv" => Box::new(Ptsv::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

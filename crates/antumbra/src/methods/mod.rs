@@ -3,11 +3,13 @@
 mod catalogue;
 pub(crate) mod leaf;
 mod oracle;
+pub(crate) mod ptsv;
 mod ray_cast;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use oracle::Oracle;
+pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;
 pub use stats::{Stage, Stats, StatsBuilder};
 
