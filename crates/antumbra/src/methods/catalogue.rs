@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Method, Oracle, Ptsv, RayCast};
+use super::{Cptsv, Method, Oracle, Ptsv, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -46,6 +46,14 @@ pub const CATALOGUE: &[MethodInfo] = &[
         idea: "rasterises each triangle's shadow frustum into a pyramid over the picture, whole tiles at once",
         cost: "build O(N + T), walk O(T log N + length of shadow outlines in tiles)",
     },
+    MethodInfo {
+        name: "cptsv",
+        aliases: &["sintorn2"],
+        source: "Sintorn, Kämpe, Olsson, Assarsson 2014; Kobrtek et al. 2021, section 2.2",
+        exact: true,
+        idea: "as ptsv, over a tree of view sample clusters: tiles cut into depth slices",
+        cost: "build O(N + T), walk O(T log C + outlines in clusters), C clusters",
+    },
 ];
 
 /// Options that all methods share.
@@ -88,6 +96,7 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
         "ptsv" => Box::new(Ptsv::new(options)),
+        "cptsv" => Box::new(Cptsv::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

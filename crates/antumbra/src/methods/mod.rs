@@ -1,6 +1,7 @@
 //! Who finds the blocking triangle. All methods have one shape, [`Method::shadow`], and one answer.
 
 mod catalogue;
+mod cptsv;
 pub(crate) mod leaf;
 mod oracle;
 pub(crate) mod ptsv;
@@ -8,6 +9,7 @@ mod ray_cast;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
+pub use cptsv::{Cptsv, DenseLayout};
 pub use oracle::Oracle;
 pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use rayon::prelude::*;
 
 use super::space::{Space, V3, wide};
-use super::tiles::{Band, Item, Slices, Tiling, collect, order};
+use super::tiles::{Band, Item, Plan, Slices, Tiling, collect, order};
 use super::tree::Tree;
 use super::tuning::Tuning;
 use super::walk::{Counts, Frame, Job, Visits, walk_all};
@@ -36,6 +36,8 @@ pub(crate) struct Engine {
     pub(crate) tiling: Tiling,
     pub(crate) bands: Vec<Band>,
     items: Vec<Item>,
+    /// Bits of x, y and slice in an interleaved key.
+    pub(crate) key_bits: [u32; 3],
     pub(crate) tree: Tree,
     jobs: Vec<Job>,
     list: Vec<Item>,
@@ -54,6 +56,7 @@ impl Engine {
             tiling: Tiling::Runs { length: 1 },
             bands: Vec::new(),
             items: Vec::new(),
+            key_bits: [0; 3],
             tree: Tree::default(),
             jobs: Vec::new(),
             list: Vec::new(),
@@ -104,23 +107,25 @@ impl Engine {
         } else {
             positions
         };
-        let rows = positions.len().div_ceil(self.tiling.band().max(1));
-        self.collect_tiles(positions, samples, &bounds, rows);
+        self.collect_tiles(positions, samples, &bounds);
         stats.stage("collect_tiles");
         let sliced = self.shape.clusters && !is_list;
-        order(&self.bands, self.tiling, sliced, &mut self.items);
+        self.key_bits = order(&self.bands, self.tiling, sliced, &mut self.items);
         self.tree.build(&self.items, &mut self.bands, positions, self.tiling);
         stats.stage("build_hierarchy");
         self.sorted = sorted;
     }
 
     /// In clip space if all samples have a place there, else in the world.
-    fn collect_tiles(&mut self, positions: &[[f32; 3]], samples: Samples<'_>, bounds: &Bounds, rows: usize) {
+    fn collect_tiles(&mut self, positions: &[[f32; 3]], samples: Samples<'_>, bounds: &Bounds) {
+        let (isa, tiling) = (self.isa, self.tiling);
         if let Some(view) = samples.view {
             self.space = Space::clip(view);
-            let is_picture = matches!(self.tiling, Tiling::Picture { .. });
+            let rows = positions.len().div_ceil(tiling.band().max(1));
+            let is_picture = matches!(tiling, Tiling::Picture { .. });
             let slices = (self.shape.clusters && is_picture).then(|| Slices::new(view, rows));
-            if let Some(residual) = collect(&mut self.bands, positions, self.tiling, slices, &self.space) {
+            let plan = Plan { isa, tiling, slices, space: &self.space };
+            if let Some(residual) = collect(&mut self.bands, positions, &plan) {
                 self.residual = residual;
                 return;
             }
@@ -128,9 +133,9 @@ impl Engine {
         let middle = [0, 1, 2].map(|k| bounds.lo[k] * 0.5 + bounds.hi[k] * 0.5);
         let origin = if middle.iter().all(|v| v.is_finite()) { middle } else { [0.0; 3] };
         self.space = Space::World { origin: wide(origin) };
-        // Every finite sample has coordinates in the world.
-        self.residual =
-            collect(&mut self.bands, positions, self.tiling, None, &self.space).unwrap_or([f64::INFINITY; 3]);
+        let plan = Plan { isa, tiling, slices: None, space: &self.space };
+        // Every sample has a place in the world.
+        self.residual = collect(&mut self.bands, positions, &plan).unwrap_or([f64::INFINITY; 3]);
     }
 
     pub(crate) fn traverse(
@@ -145,7 +150,8 @@ impl Engine {
             light,
             space: &self.space,
             residual: self.residual,
-            wedges: self.shape.clusters,
+            // Without an eye there are no eye planes: these take their place.
+            wedges: self.shape.clusters || self.space.eye().is_none(),
             tuning: self.tuning,
             visits,
         };

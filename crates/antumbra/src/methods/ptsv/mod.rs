@@ -1,8 +1,8 @@
 //! `ptsv`: per-triangle shadow volumes, rasterised as a whole into a pyramid over the view samples.
 //!
 //! Source: Sintorn, Olsson, Assarsson 2011, "An Efficient Alias-free Shadow Algorithm for Opaque and Transparent Objects
-//! using per-triangle Shadow Volumes" (ACM TOG 30(6)): section 3 (pyramid with 32 children a node, tile test in clip space,
-//! trivial accept), section 3.3 (planes through eye, light and silhouette corners).
+//! using per-triangle Shadow Volumes" (ACM TOG 30(6)): section 3.1 (pyramid with 32 children a node, tile test in clip space,
+//! trivial accept), section 3.5 (planes through eye, light and silhouette corners).
 //!
 //! Each triangle's shadow is four planes. It is walked down the pyramid: a tile whose box lies outside one plane is rejected,
 //! one inside all four is shadowed as a whole by one bit, others are refined down to samples. In the end bits are

@@ -52,6 +52,8 @@ pub(crate) struct Coordinates {
     pub(crate) at: V3,
     /// Bounds the residual, axis by axis of the world.
     pub(crate) residual: V3,
+    /// False if the sample has no place in this space (behind the camera, or too far out): then the rest means nothing.
+    pub(crate) good: bool,
 }
 
 /// Where boxes live.
@@ -90,9 +92,9 @@ impl Space {
         }
     }
 
-    /// Box coordinates of a sample; `None` if it has none (behind the camera, or too far out).
+    /// Box coordinates of a sample. Without branches, so that a loop over samples becomes vector code.
     #[inline(always)]
-    pub(crate) fn coordinates(&self, p: [f32; 3]) -> Option<Coordinates> {
+    pub(crate) fn coordinates(&self, p: [f32; 3]) -> Coordinates {
         match self {
             Space::Clip { view, dual } => {
                 let q = sub(wide(p), view.eye);
@@ -107,13 +109,14 @@ impl Space {
                     residual[k] = r.abs() + 8.0 * U64 * sum;
                 }
                 // Written so that NaN fails.
-                let good = z > 0.0 && z.is_finite() && residual.iter().all(|&r| r <= RESIDUAL_LIMIT);
-                good.then_some(Coordinates { at: [x, y, z], residual })
+                let small = |k: usize| residual[k] <= RESIDUAL_LIMIT;
+                let good = (z > 0.0) & (z < f64::INFINITY) & small(0) & small(1) & small(2);
+                Coordinates { at: [x, y, z], residual, good }
             }
             Space::World { origin } => {
                 let at = sub(wide(p), *origin);
                 // The difference carries one rounding; twice that bounds it in terms of the rounded difference.
-                Some(Coordinates { at, residual: at.map(|v| 2.0 * U64 * v.abs()) })
+                Coordinates { at, residual: at.map(|v| 2.0 * U64 * v.abs()), good: true }
             }
         }
     }

@@ -72,10 +72,8 @@ fn rejected_boxes_are_lit_and_accepted_ones_are_shadowed() {
         let mut residual = [0.0f64; 3];
         let mut there = true;
         for p in &samples {
-            let Some(c) = space.coordinates(*p) else {
-                there = false;
-                break;
-            };
+            let c = space.coordinates(*p);
+            there &= c.good;
             for k in 0..3 {
                 lo[k] = lo[k].min(c.at[k]);
                 hi[k] = hi[k].max(c.at[k]);

@@ -1,9 +1,11 @@
 //! Which samples belong together: tiles of the picture, cut into depth slices where asked for, each with its box.
 
+use fearless_simd::dispatch;
 use rayon::prelude::*;
 
 use super::boxes::Aabb;
 use super::space::{Space, V3};
+use crate::Isa;
 use crate::samples::View;
 
 /// How samples become tiles.
@@ -102,53 +104,77 @@ pub(crate) struct Band {
 /// Slots of a tile at most: one bit each.
 pub(crate) const MAX_TILE: usize = 64;
 
+/// What all tiles of a frame share.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plan<'a> {
+    pub(crate) isa: Isa,
+    pub(crate) tiling: Tiling,
+    pub(crate) slices: Option<Slices>,
+    pub(crate) space: &'a Space,
+}
+
+/// Like `f64::max`, but a single instruction: NaN in `a` does not count.
+#[inline(always)]
+fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 impl Band {
-    fn collect(&mut self, positions: &[[f32; 3]], tiling: Tiling, slices: Option<Slices>, space: &Space) {
+    #[inline(always)]
+    fn collect(&mut self, positions: &[[f32; 3]], plan: &Plan<'_>) {
+        let Plan { tiling, slices, space, .. } = *plan;
         self.records.clear();
         self.ends.clear();
         self.residual = [0.0; 3];
         self.good = true;
+        let mut points = [[0f32; MAX_TILE]; 3];
+        let mut at = [[0f64; MAX_TILE]; 3];
+        let mut place = [0u8; MAX_TILE];
+        let mut slice = [0u32; MAX_TILE];
         for tile in 0..tiling.tiles(positions.len()) {
-            let mut at = [[0.0; 3]; MAX_TILE];
-            let mut slice = [0u32; MAX_TILE];
-            let mut left = 0u64;
+            let mut count = 0;
             tiling.for_each(positions.len(), tile, |bit, index| {
                 let p = positions[index];
-                if p[0].is_nan() || p[1].is_nan() || p[2].is_nan() {
-                    return;
-                }
-                let Some(c) = space.coordinates(p) else {
-                    self.good = false;
-                    return;
-                };
                 for k in 0..3 {
-                    self.residual[k] = self.residual[k].max(c.residual[k]);
+                    points[k][count] = p[k];
                 }
-                at[bit] = c.at;
-                slice[bit] = slices.map_or(0, |s| s.slice(c.at[2]));
-                left |= 1 << bit;
+                place[count] = bit as u8;
+                count += usize::from(!(p[0].is_nan() | p[1].is_nan() | p[2].is_nan()));
             });
+            for i in 0..count {
+                let c = space.coordinates([points[0][i], points[1][i], points[2][i]]);
+                self.good &= c.good;
+                for k in 0..3 {
+                    self.residual[k] = max(c.residual[k], self.residual[k]);
+                    at[k][i] = c.at[k];
+                }
+            }
             if !self.good {
                 return;
             }
+            if let Some(s) = slices {
+                for i in 0..count {
+                    slice[i] = s.slice(at[2][i]);
+                }
+            }
             // One record a distinct slice: take the lowest sample that has none and all its like.
+            let mut left = u64::MAX.checked_shr((MAX_TILE - count) as u32).unwrap_or(0);
             while left != 0 {
                 let this = slice[left.trailing_zeros() as usize];
                 let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-                let mut mask = 0u64;
-                let mut rest = left;
+                let (mut mask, mut rest) = (0u64, left);
                 while rest != 0 {
-                    let bit = rest.trailing_zeros() as usize;
+                    let i = rest.trailing_zeros() as usize;
                     rest &= rest - 1;
-                    if slice[bit] == this {
-                        mask |= 1 << bit;
+                    if slice[i] == this {
+                        mask |= 1 << place[i];
+                        left &= !(1 << i);
                         for k in 0..3 {
-                            lo[k] = lo[k].min(at[bit][k]);
-                            hi[k] = hi[k].max(at[bit][k]);
+                            lo[k] = -max(-at[k][i], -lo[k]);
+                            hi[k] = max(at[k][i], hi[k]);
                         }
                     }
                 }
-                left &= !mask;
                 self.records.push(Record { mask, slice: this, bounds: Aabb::around(lo, hi), leaf: 0 });
             }
             self.ends.push(self.records.len() as u32);
@@ -156,21 +182,15 @@ impl Band {
     }
 }
 
-/// Fills `bands` and returns a bound of all residuals; `None` if some sample has no coordinates in this space.
-pub(crate) fn collect(
-    bands: &mut Vec<Band>,
-    positions: &[[f32; 3]],
-    tiling: Tiling,
-    slices: Option<Slices>,
-    space: &Space,
-) -> Option<V3> {
-    let size = tiling.band();
+/// Fills `bands` and returns a bound of all residuals; `None` if some sample has no place in this space.
+pub(crate) fn collect(bands: &mut Vec<Band>, positions: &[[f32; 3]], plan: &Plan<'_>) -> Option<V3> {
+    let level = plan.isa.level().unwrap_or_else(fearless_simd::Level::new);
+    let size = plan.tiling.band();
     bands.resize_with(positions.len().div_ceil(size), Band::default);
-    bands
-        .par_iter_mut()
-        .zip(positions.par_chunks(size))
-        .for_each(|(band, positions)| band.collect(positions, tiling, slices, space));
-    bands.iter().try_fold([0.0; 3], |r: V3, b| b.good.then(|| [0, 1, 2].map(|k| r[k].max(b.residual[k]))))
+    bands.par_iter_mut().zip(positions.par_chunks(size)).for_each(|(band, positions)| {
+        dispatch!(level, _s => band.collect(positions, plan));
+    });
+    bands.iter().try_fold([0.0; 3], |r: V3, b| b.good.then(|| [0, 1, 2].map(|k| max(b.residual[k], r[k]))))
 }
 
 /// Where a leaf comes from, and its place in the tree: the path from the root, five bits a level.
@@ -220,8 +240,8 @@ fn interleaved(at: [u32; 3], bits: [u32; 3]) -> u64 {
     key
 }
 
-/// Lists all records with their keys, sorted by key.
-pub(crate) fn order(bands: &[Band], tiling: Tiling, sliced: bool, items: &mut Vec<Item>) {
+/// Lists all records with their keys, sorted by key. Returns the bits that x, y and slice take in an interleaved key.
+pub(crate) fn order(bands: &[Band], tiling: Tiling, sliced: bool, items: &mut Vec<Item>) -> [u32; 3] {
     use rdst::RadixSort;
     let slices = || bands.iter().flat_map(|b| &b.records).map(|r| r.slice);
     let first = slices().min().unwrap_or(0);
@@ -249,6 +269,7 @@ pub(crate) fn order(bands: &[Band], tiling: Tiling, sliced: bool, items: &mut Ve
         }
     }
     items.radix_sort_unstable();
+    bits
 }
 
 #[cfg(test)]
