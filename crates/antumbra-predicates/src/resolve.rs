@@ -6,7 +6,7 @@
 
 use crate::{Triangle, exact};
 
-/// Relative bound of one test, in units of the sum of absolute products: 16 u with u = 2^-53. `bounds.md` needs 12.
+/// Relative bound of one test, in units of the sum of absolute products: 16 u with u = 2^-53. `bounds.md` needs 10.
 pub const KAPPA_F64: f64 = 16.0 * 0.5 * f64::EPSILON;
 
 /// Which stage decided.

@@ -4,6 +4,7 @@ pub mod npy;
 
 mod aff;
 mod gltf;
+mod mesh;
 mod obj;
 mod ply;
 mod stl;

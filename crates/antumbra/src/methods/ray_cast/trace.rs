@@ -98,14 +98,15 @@ fn trace_band<S: Simd>(
                 packet.push(p, i as u32);
             }
         };
-        if width == 0 {
-            (tile * TILE * TILE..positions.len().min((tile + 1) * TILE * TILE)).for_each(&mut take);
-        } else {
-            for row in 0..positions.len() / width {
+        let rows = positions.len().checked_div(width);
+        if let Some(rows) = rows {
+            for row in 0..rows {
                 for column in tile * TILE..width.min((tile + 1) * TILE) {
                     take(row * width + column);
                 }
             }
+        } else {
+            (tile * TILE * TILE..positions.len().min((tile + 1) * TILE * TILE)).for_each(&mut take);
         }
         part(&mut packet, light, &mut |packet, bounds| {
             let cone = Cone::new(light, bounds, &bvh.bounds);

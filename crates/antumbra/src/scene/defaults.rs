@@ -1,0 +1,415 @@
+//! Where to look from and where to put the light when nobody says: the same rules for every scene, none of them random.
+//!
+//! # The framed box
+//! The box from the 5th to the 95th percentile of the vertices, axis by axis: sky domes and far hills do not count. If
+//! the box of all vertices is at most twice as large on every axis, that one is taken: nothing is cut off.
+//!
+//! # The camera
+//! 1. The file's first camera.
+//! 2. In a *room*: inside. Of a lattice of free places between 30 % and 60 % of the height, with some clearance
+//!    around, the place and the level direction with the longest views (mean logarithm of the free distances in a cone;
+//!    a view that leaves the scene counts 30 %).
+//! 3. Otherwise from outside: three quarters from the front of the longer side and from above (more so if the scene is
+//!    flat), as near as all vertices of the framed box allow.
+//!
+//! A scene is a room if the free places of its box see something in at least 85 % of all directions, and not just
+//! nearby: the mean free distance is at least 15 % of the box's mean side.
+//!
+//! # The light
+//! 1. The file's first point light.
+//! 2. Where the camera stands closed in (at least 80 % of all directions, and above it): halfway into the view, a bit
+//!    to the right, at 80 % of the height between floor and ceiling there.
+//! 3. Otherwise above the framed box, to the right and towards the eye, a little outside the sphere around the box.
+
+use std::sync::OnceLock;
+
+use super::voxels::Voxels;
+use super::{Camera, PointLight, Scene};
+use crate::vec3::{V3, add, axes, cross, dot, scale, sub, unit};
+
+/// Smallest and largest coordinates.
+pub type Bounds = ([f32; 3], [f32; 3]);
+
+/// Something chosen, and by which rule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice<T> {
+    /// What was chosen.
+    pub value: T,
+    /// In a few words for a report.
+    pub rule: &'static str,
+}
+
+/// At most about this many vertices are looked at: enough for percentiles and for framing.
+const VERTICES: usize = 200_000;
+
+/// Vertical field of view of cameras that are made up, in degrees.
+const FOV: f32 = 45.0;
+
+/// The box from the 5th to the 95th percentile of the vertices, axis by axis; `None` if there are no triangles.
+pub fn core_bounds(scene: &Scene) -> Option<Bounds> {
+    let vertices = scene.soup.positions.as_flattened();
+    let step = vertices.len().div_ceil(VERTICES).max(1);
+    let (mut lo, mut hi) = ([0.0; 3], [0.0; 3]);
+    for k in 0..3 {
+        let mut values: Vec<f32> = vertices.iter().step_by(step).map(|p| p[k]).collect();
+        let last = values.len().checked_sub(1)?;
+        let mut at = |share: f64| {
+            *values.select_nth_unstable_by((share * last as f64).round() as usize, f32::total_cmp).1
+        };
+        (lo[k], hi[k]) = (at(0.05), at(0.95));
+    }
+    Some((lo, hi))
+}
+
+/// The box that pictures are framed by (see the module's page); `None` if there are no triangles.
+pub fn framed_bounds(scene: &Scene) -> Option<Bounds> {
+    let (all, core) = (scene.soup.bounds()?, core_bounds(scene)?);
+    let compact = (0..3).all(|k| all.1[k] - all.0[k] <= 2.0 * (core.1[k] - core.0[k]));
+    Some(if compact { all } else { core })
+}
+
+/// The rules applied to one scene. What they need to know is found out once, when it is first asked for.
+pub struct Defaults<'a> {
+    scene: &'a Scene,
+    up: V3,
+    survey: OnceLock<Option<Survey>>,
+}
+
+/// What is known about the space of a scene.
+struct Survey {
+    framed: Bounds,
+    voxels: Voxels,
+}
+
+impl<'a> Defaults<'a> {
+    /// `up` is snapped to the nearest axis for made-up cameras; readers give scenes with Y up.
+    pub fn new(scene: &'a Scene, up: [f32; 3]) -> Defaults<'a> {
+        let axis = (0..3).fold(1, |best, k| if up[k].abs() > up[best].abs() { k } else { best });
+        let mut snapped = [0.0; 3];
+        snapped[axis] = if up[axis] < 0.0 { -1.0 } else { 1.0 };
+        Defaults { scene, up: snapped, survey: OnceLock::new() }
+    }
+
+    /// The camera for a picture of `aspect` (width by height).
+    pub fn camera(&self, aspect: f32) -> Choice<Camera> {
+        if let Some(camera) = self.scene.cameras.first() {
+            return Choice { value: camera.clone(), rule: "first camera of the file" };
+        }
+        let Some(survey) = self.survey() else {
+            let camera = self.looking([0.0, 0.0, 5.0], [0.0; 3]);
+            return Choice { value: camera, rule: "nothing to look at" };
+        };
+        match survey.is_room().then(|| survey.longest_view(self.up)).flatten() {
+            Some((eye, target)) => {
+                Choice { value: self.looking(eye, target), rule: "longest view inside the room" }
+            }
+            None => Choice {
+                value: self.seen_from_outside(survey, aspect),
+                rule: "three-quarter view from outside",
+            },
+        }
+    }
+
+    /// The light for a picture that `camera` takes.
+    pub fn light(&self, camera: &Camera) -> Choice<PointLight> {
+        if let Some(light) = self.scene.lights.first() {
+            return Choice { value: light.clone(), rule: "first point light of the file" };
+        }
+        let Some(survey) = self.survey() else {
+            return Choice { value: PointLight::at([0.0, 5.0, 0.0]), rule: "nothing to light" };
+        };
+        if let Some(position) = survey.under_ceiling(camera, self.up) {
+            return Choice { value: PointLight::at(position), rule: "under the ceiling in view" };
+        }
+        let (lo, hi) = survey.framed;
+        let (centre, radius) = (middle(survey.framed), 0.5 * length(sub(hi, lo)));
+        let [right, ..] = axes(camera.eye, camera.target, self.up);
+        let towards_eye = cross(right, self.up);
+        let offset = add(add(scale(right, 0.55), scale(self.up, 0.95)), scale(towards_eye, 0.35));
+        let position = add(centre, scale(offset, if radius > 0.0 { radius } else { 1.0 }));
+        Choice { value: PointLight::at(position), rule: "above and beside the scene" }
+    }
+
+    fn survey(&self) -> Option<&Survey> {
+        let make = || {
+            let (framed, all) = (framed_bounds(self.scene)?, self.scene.soup.bounds()?);
+            // Half a box around it: the walls of a room have few vertices and may lie outside the percentiles.
+            let (lo, hi) = ([0, 1, 2], [0, 1, 2]);
+            let margin = |k: usize| 0.5 * (framed.1[k] - framed.0[k]);
+            let lo = lo.map(|k| (framed.0[k] - margin(k)).max(all.0[k]));
+            let hi = hi.map(|k| (framed.1[k] + margin(k)).min(all.1[k]));
+            Some(Survey { framed, voxels: Voxels::new(&self.scene.soup.positions, lo, hi) })
+        };
+        self.survey.get_or_init(make).as_ref()
+    }
+
+    fn looking(&self, eye: V3, target: V3) -> Camera {
+        Camera { name: String::new(), eye, target, up: self.up, fov: FOV }
+    }
+
+    fn seen_from_outside(&self, survey: &Survey, aspect: f32) -> Camera {
+        let (lo, hi) = survey.framed;
+        let up_axis = (0..3).find(|&k| self.up[k] != 0.0).unwrap_or(1);
+        let mut side = [0.0; 3];
+        side[(up_axis + 2) % 3] = 1.0;
+        let back = cross(side, self.up);
+        let reach = |v: V3| dot(v.map(f32::abs), sub(hi, lo));
+        let flat = 1.0 - (2.0 * reach(self.up) / reach(side).max(reach(back))).clamp(0.0, 1.0);
+        let (a, b) = if reach(side) >= reach(back) { (0.6, 1.0) } else { (1.0, 0.6) };
+        let raised = scale(self.up, 0.4 + 0.5 * flat);
+        let from = unit(add(add(scale(side, a), scale(back, b)), raised)).unwrap_or(back);
+
+        let inside = |p: &V3| (0..3).all(|k| p[k] >= lo[k] && p[k] <= hi[k]);
+        let vertices = self.scene.soup.positions.as_flattened();
+        let step = vertices.len().div_ceil(VERTICES).max(1);
+        let points: Vec<V3> = vertices.iter().step_by(step).copied().filter(inside).collect();
+        let [right, upright, forward] = axes(from, [0.0; 3], self.up);
+        let tan = (FOV.to_radians() * 0.5).tan() / 1.08;
+        let tan_x = tan * aspect.max(1e-3);
+        let radius = length(sub(hi, lo)).max(f32::MIN_POSITIVE);
+        let (mut target, mut distance) = (middle(survey.framed), radius);
+        // Twice: move to the middle of what is seen, then as near as it fits.
+        for _ in 0..3 {
+            let eye = sub(target, scale(forward, distance));
+            let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+            for p in &points {
+                let v = sub(*p, eye);
+                let depth = dot(v, forward).max(0.05 * distance);
+                for (k, axis) in [right, upright].into_iter().enumerate() {
+                    let s = dot(v, axis) / depth;
+                    (least[k], most[k]) = (least[k].min(s), most[k].max(s));
+                }
+            }
+            let shift = [0, 1].map(|k| 0.5 * (least[k] + most[k]) * distance);
+            if shift.iter().all(|s| s.is_finite()) {
+                target = add(target, add(scale(right, shift[0]), scale(upright, shift[1])));
+            }
+            let needed = |p: &V3| {
+                let v = sub(*p, target);
+                let wide = (dot(v, right).abs() / tan_x).max(dot(v, upright).abs() / tan);
+                wide - dot(v, forward)
+            };
+            distance = points.iter().map(needed).fold(0.02 * radius, f32::max);
+        }
+        self.looking(sub(target, scale(forward, distance)), target)
+    }
+}
+
+impl Survey {
+    /// See the module's page.
+    fn is_room(&self) -> bool {
+        let (mut met, mut asked, mut free) = (0usize, 0usize, 0.0f64);
+        let directions = sphere(32);
+        for cell in self.lattice(|_| true) {
+            for direction in &directions {
+                asked += 1;
+                if let Ok(distance) = self.voxels.free_path(self.voxels.centre(cell), *direction) {
+                    met += 1;
+                    free += f64::from(distance);
+                }
+            }
+        }
+        let extent = sub(self.framed.1, self.framed.0);
+        let side = f64::from(extent[0] + extent[1] + extent[2]) / 3.0;
+        met * 100 >= asked * 85 && met > 0 && free / met as f64 >= 0.15 * side
+    }
+
+    /// Empty cells, every third on each axis.
+    fn lattice(&self, keep: impl Fn(V3) -> bool) -> Vec<[usize; 3]> {
+        let size = self.voxels.size;
+        let mut cells = Vec::new();
+        for z in (1..size[2].saturating_sub(1)).step_by(3) {
+            for y in (1..size[1].saturating_sub(1)).step_by(3) {
+                for x in (1..size[0].saturating_sub(1)).step_by(3) {
+                    let cell = [x, y, z];
+                    if !self.voxels.cell_is_full(cell) && keep(self.voxels.centre(cell)) {
+                        cells.push(cell);
+                    }
+                }
+            }
+        }
+        cells
+    }
+
+    /// Eye and target of the view that sees farthest, `None` if there is no room to stand.
+    fn longest_view(&self, up: V3) -> Option<(V3, V3)> {
+        const AROUND: usize = 16;
+        // What a view out of the scene is worth: an open roof is no wall, but there is nothing to see.
+        const OPEN_VIEW: f32 = 0.3;
+        let [side, _, front] = axes([0.0; 3], [up[1], up[2], up[0]], up);
+        let (low, high) = (dot(up, self.framed.0), dot(up, self.framed.1));
+        let (low, high) = (low.min(high), low.max(high));
+        let level = |p: V3| (0.3..0.6).contains(&((dot(up, p) - low) / (high - low)));
+        let direction = |azimuth: usize, tilt: f32| {
+            let angle = azimuth as f32 * std::f32::consts::TAU / AROUND as f32;
+            let flat = add(scale(side, angle.cos()), scale(front, angle.sin()));
+            add(scale(flat, tilt.cos()), scale(up, tilt.sin()))
+        };
+        let cell = self.voxels.cell;
+        let mut best: Option<(f32, V3, V3)> = None;
+        for eye in self.lattice(level).into_iter().map(|c| self.voxels.centre(c)) {
+            let reach = |azimuth, tilt| match self.voxels.free_path(eye, direction(azimuth, tilt)) {
+                Ok(distance) => distance,
+                Err(distance) => OPEN_VIEW * distance,
+            };
+            let rays: Vec<[f32; 3]> = (0..AROUND).map(|a| [-0.25, 0.0, 0.25].map(|t| reach(a, t))).collect();
+            // Not with the nose, or the back of the head, at a wall.
+            if rays.iter().flatten().any(|d| *d < 1.5 * cell) {
+                continue;
+            }
+            for azimuth in 0..AROUND {
+                let cone = (AROUND - 2..=AROUND + 2).flat_map(|d| rays[(azimuth + d) % AROUND]);
+                let score = cone.map(|d| (d / cell).ln()).sum::<f32>();
+                if best.is_none_or(|(most, ..)| score > most) {
+                    let target = add(eye, scale(direction(azimuth, -0.06), 0.6 * rays[azimuth][1]));
+                    best = Some((score, eye, target));
+                }
+            }
+        }
+        best.map(|(_, eye, target)| (eye, target))
+    }
+
+    /// A place for a lamp in the room that the camera looks into, `None` if it does not stand in one.
+    fn under_ceiling(&self, camera: &Camera, up: V3) -> Option<V3> {
+        let voxels = &self.voxels;
+        voxels.is_full(camera.eye)?;
+        let directions = sphere(64);
+        let closed = directions.iter().filter(|d| voxels.free_path(camera.eye, **d).is_ok()).count();
+        if closed * 100 < directions.len() * 80 {
+            return None;
+        }
+        voxels.free_path(camera.eye, up).ok()?;
+        let [right, _, forward] = axes(camera.eye, camera.target, up);
+        let level = unit(sub(forward, scale(up, dot(forward, up)))).unwrap_or(forward);
+        let ahead = voxels.free_path(camera.eye, level).unwrap_or_else(|d| d);
+        let place = add(camera.eye, add(scale(level, 0.5 * ahead), scale(right, 0.12 * ahead)));
+        let place = if voxels.is_full(place) == Some(false) {
+            place
+        } else {
+            add(camera.eye, scale(level, 0.5 * ahead))
+        };
+        let above = voxels.free_path(place, up).ok()?;
+        let below = voxels.free_path(place, scale(up, -1.0)).unwrap_or_else(|d| d);
+        let rise = (0.8 * (above + below) - below).min(above - 1.5 * voxels.cell).max(0.0);
+        Some(add(place, scale(up, rise)))
+    }
+}
+
+/// `n` directions spread evenly (Fibonacci lattice).
+fn sphere(n: usize) -> Vec<V3> {
+    let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+    (0..n)
+        .map(|i| {
+            let y = 1.0 - (2.0 * i as f32 + 1.0) / n as f32;
+            let (radius, angle) = ((1.0 - y * y).sqrt(), golden * i as f32);
+            [radius * angle.cos(), y, radius * angle.sin()]
+        })
+        .collect()
+}
+
+fn middle((lo, hi): Bounds) -> V3 {
+    [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k])
+}
+
+fn length(v: V3) -> f32 {
+    dot(v, v).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Object, Soup, Triangle};
+
+    fn scene(positions: Vec<Triangle>) -> Scene {
+        let n = positions.len();
+        Scene {
+            soup: Soup { positions, object: vec![0; n], material: vec![0; n], ..Soup::default() },
+            objects: vec![Object::default()],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        }
+    }
+
+    /// The faces of an axis-aligned box.
+    fn cuboid(lo: V3, hi: V3) -> Vec<Triangle> {
+        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { lo[k] } else { hi[k] });
+        [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .map(|t| t.map(corner))
+            .collect()
+    }
+
+    const UP: V3 = [0.0, 1.0, 0.0];
+
+    #[test]
+    fn a_sky_dome_does_not_blow_up_the_frame() {
+        let mut positions = cuboid([-1000.0; 3], [1000.0; 3]);
+        for i in 0..40 {
+            let x = i as f32 * 0.1;
+            positions.extend(cuboid([x, 0.0, 0.0], [x + 0.1, 1.0, 2.0]));
+        }
+        let (lo, hi) = framed_bounds(&scene(positions)).unwrap();
+        assert!(lo[0] >= 0.0 && hi[0] <= 4.1, "{lo:?} {hi:?}");
+    }
+
+    #[test]
+    fn a_statue_is_seen_from_outside_and_fits() {
+        let mut positions = cuboid([-3.0, 0.0, -3.0], [3.0, 0.1, 3.0]);
+        positions.extend(cuboid([-0.5, 0.1, -0.5], [0.5, 2.0, 0.5]));
+        let scene = scene(positions);
+        for up in [UP, [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]] {
+            let defaults = Defaults::new(&scene, up);
+            let Choice { value: camera, rule } = defaults.camera(1.5);
+            assert_eq!(rule, "three-quarter view from outside");
+            let [right, upright, forward] = axes(camera.eye, camera.target, camera.up);
+            let tan = (camera.fov.to_radians() * 0.5).tan();
+            let mut widest = 0f32;
+            for p in scene.soup.positions.as_flattened() {
+                let v = sub(*p, camera.eye);
+                let (x, y) =
+                    (dot(v, right) / dot(v, forward) / tan / 1.5, dot(v, upright) / dot(v, forward) / tan);
+                widest = widest.max(x.abs()).max(y.abs());
+            }
+            assert!(widest < 1.0 && widest > 0.7, "{up:?}: {widest}");
+            let light = defaults.light(&camera);
+            assert_eq!(light.rule, "above and beside the scene");
+            assert!(dot(light.value.position, up) > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_room_is_seen_from_inside_with_a_lamp_under_the_ceiling() {
+        let mut positions = cuboid([0.0; 3], [8.0, 3.0, 5.0]);
+        positions.extend(cuboid([3.0, 0.0, 2.0], [4.0, 0.8, 3.0]));
+        let scene = scene(positions);
+        let defaults = Defaults::new(&scene, UP);
+        let Choice { value: camera, rule } = defaults.camera(1.5);
+        assert_eq!(rule, "longest view inside the room");
+        let inside = |p: V3| (0..3).all(|k| p[k] > 0.1 && p[k] < [7.9, 2.9, 4.9][k]);
+        assert!(inside(camera.eye), "{camera:?}");
+        assert!(length(sub(camera.target, camera.eye)) > 3.0, "{camera:?}");
+        let light = defaults.light(&camera);
+        assert_eq!(light.rule, "under the ceiling in view");
+        assert!(inside(light.value.position) && light.value.position[1] > 2.0, "{light:?}");
+    }
+
+    #[test]
+    fn the_file_comes_first_and_strange_scenes_do_not_panic() {
+        let mut any = scene(cuboid([0.0; 3], [1.0; 3]));
+        any.lights.push(PointLight::at([7.0; 3]));
+        let defaults = Defaults::new(&any, UP);
+        assert_eq!(defaults.light(&defaults.camera(1.0).value).value, any.lights[0]);
+        for positions in [
+            Vec::new(),
+            vec![[[1.0; 3]; 3]],
+            vec![[[0.0; 3], [1e30, 0.0, 0.0], [0.0, 1e30, 0.0]]],
+            vec![[[-3e38; 3], [3e38, 0.0, 0.0], [0.0, 3e38, 3e38]]],
+        ] {
+            let scene = scene(positions);
+            let defaults = Defaults::new(&scene, UP);
+            let camera = defaults.camera(16.0 / 9.0).value;
+            let _ = defaults.light(&camera);
+        }
+    }
+}
