@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, RayCast};
+use super::{Cptsv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -86,6 +86,22 @@ pub const CATALOGUE: &[MethodInfo] = &[
         idea: "asks a ternary tree over the planes of shadow volumes, with the way back stored in the tree",
         cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
     },
+    MethodInfo {
+        name: "ptsv",
+        aliases: &["sintorn"],
+        source: "Sintorn, Olsson, Assarsson 2011",
+        exact: true,
+        idea: "rasterises each triangle's shadow frustum into a pyramid over the picture, whole tiles at once",
+        cost: "build O(N + T), walk O(T log N + length of shadow outlines in tiles)",
+    },
+    MethodInfo {
+        name: "cptsv",
+        aliases: &["sintorn2"],
+        source: "Sintorn, Kämpe, Olsson, Assarsson 2014; Kobrtek et al. 2021, section 2.2",
+        exact: true,
+        idea: "as ptsv, over a tree of view sample clusters: tiles cut into depth slices",
+        cost: "build O(N + T), walk O(T log C + outlines in clusters), C clusters",
+    },
 ];
 
 /// Options that all methods share.
@@ -133,6 +149,8 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
         "dpsv-hybrid" => Box::new(Dpsv::new(options, DpsvQuery::HYBRID)),
         "dpsv-stack" => Box::new(Dpsv::new(options, DpsvQuery::Stack)),
         "dpsv-stackless" => Box::new(Dpsv::new(options, DpsvQuery::Stackless)),
+        "ptsv" => Box::new(Ptsv::new(options)),
+        "cptsv" => Box::new(Cptsv::new(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

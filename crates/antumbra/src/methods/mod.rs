@@ -2,9 +2,11 @@
 
 mod catalogue;
 mod dpsv;
+mod cptsv;
 pub(crate) mod leaf;
 mod ofts;
 mod oracle;
+pub(crate) mod ptsv;
 mod ray_cast;
 mod shadow_map;
 mod stats;
@@ -12,7 +14,9 @@ mod stats;
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use dpsv::{Dpsv, Query as DpsvQuery};
 pub use ofts::Ofts;
+pub use cptsv::{Cptsv, DenseLayout};
 pub use oracle::Oracle;
+pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;
 pub use shadow_map::{CubeMap, DualParaboloid, ShadowMapOptions};
 pub use stats::{Stage, Stats, StatsBuilder};
