@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Cptsv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast};
+use super::{Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -102,6 +102,22 @@ pub const CATALOGUE: &[MethodInfo] = &[
         idea: "as ptsv, over a tree of view sample clusters: tiles cut into depth slices",
         cost: "build O(N + T), walk O(T log C + outlines in clusters), C clusters",
     },
+    MethodInfo {
+        name: "cssv",
+        aliases: &["zfail", "shadow-volumes", "stencil"],
+        source: "Kobrtek et al. 2021, section 3.1; Kim, Kim, Turk 2008; Milet et al. 2014",
+        exact: true,
+        idea: "counts the shadow volumes around a sample by the faces that its eye ray crosses beyond it (z-fail)",
+        cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
+    },
+    MethodInfo {
+        name: "zpass",
+        aliases: &["cssv-zpass"],
+        source: "Crow 1977; Kobrtek et al. 2021, section 3.1",
+        exact: true,
+        idea: "as cssv, but counts the faces between eye and sample and the volumes around the eye (z-pass)",
+        cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
+    },
 ];
 
 /// Options that all methods share.
@@ -151,6 +167,8 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
         "dpsv-stackless" => Box::new(Dpsv::new(options, DpsvQuery::Stackless)),
         "ptsv" => Box::new(Ptsv::new(options)),
         "cptsv" => Box::new(Cptsv::new(options)),
+        "cssv" => Box::new(Cssv::new(options)),
+        "zpass" => Box::new(Cssv::z_pass(options)),
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

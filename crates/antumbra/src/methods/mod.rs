@@ -3,6 +3,7 @@
 mod catalogue;
 mod dpsv;
 mod cptsv;
+mod cssv;
 pub(crate) mod leaf;
 mod ofts;
 mod oracle;
@@ -15,6 +16,7 @@ pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info}
 pub use dpsv::{Dpsv, Query as DpsvQuery};
 pub use ofts::Ofts;
 pub use cptsv::{Cptsv, DenseLayout};
+pub use cssv::Cssv;
 pub use oracle::Oracle;
 pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;
