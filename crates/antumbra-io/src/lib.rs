@@ -1,7 +1,7 @@
 //! Scene files in, pictures and data out.
 //!
 //! [`open`] reads a scene file once; [`SceneFile::at`] gives the scene at a time. [`read::npy`] reads arrays,
-//! [`write`] writes them, and pictures. Files are untrusted: every error names file, object and index; nothing panics.
+//! [`mod@write`] writes them, and pictures. Files are untrusted: every error names file, object and index; nothing panics.
 #![forbid(unsafe_code)]
 
 mod error;

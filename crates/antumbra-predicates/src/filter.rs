@@ -21,7 +21,7 @@ pub const TINY: f32 = 1.0 / (1u128 << 120) as f32;
 /// Coordinates (relative to light or sample) over this make products that may overflow: nothing is certain then.
 pub const LIMIT: f32 = (1u64 << 40) as f32;
 
-/// Samples that are looked at together: every sample lies in the box `center ± half`.
+/// Samples that are looked at together: every sample lies in the box `center ± half`, in real arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleGroup {
     /// Middle of the box, world space.
@@ -31,7 +31,8 @@ pub struct SampleGroup {
 }
 
 impl SampleGroup {
-    /// The group whose samples lie between `lo` and `hi`, componentwise, bounds included.
+    /// The group whose samples lie between `lo` and `hi`, componentwise, bounds included. Both must be finite; `half` may
+    /// come out infinite, which makes everything uncertain but nothing wrong.
     pub fn from_bounds(lo: [f32; 3], hi: [f32; 3]) -> SampleGroup {
         let center = [0, 1, 2].map(|k| lo[k] * 0.5 + hi[k] * 0.5);
         // Both differences are rounded once; one more ulp each way covers that.
@@ -43,7 +44,7 @@ impl SampleGroup {
     }
 }
 
-/// Eight triangles in structure-of-arrays form: `corner[i][axis][lane]`. Unused lanes repeat a used one.
+/// Eight triangles in structure-of-arrays form: `corner[i][axis][lane]`. What unused lanes hold does not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub struct TriangleBlock {
@@ -222,16 +223,44 @@ impl Coefficients {
         self.det[lane] = -self.det[lane];
     }
 
-    /// Tests triangle `lane` against eight samples (world coordinates) of the group that the coefficients were made for.
+    /// The four tests of triangle `lane` at eight samples, rounded.
     #[inline(always)]
-    pub fn test<S: Simd>(&self, s: S, lane: usize, p: [f32x8<S>; 3]) -> Lanes {
+    fn values<S: Simd>(&self, s: S, lane: usize, p: [f32x8<S>; 3]) -> [f32x8<S>; 4] {
         let q = [0, 1, 2].map(|k| p[k] - self.a[k][lane]);
         let at = |k: usize, constant: f32x8<S>| {
             let m = &self.m[k];
             q[2].mul_add(m[2][lane], q[1].mul_add(m[1][lane], q[0].mul_add(m[0][lane], constant)))
         };
         let zero = f32x8::splat(s, 0.0);
-        let values = [at(0, zero), at(1, f32x8::splat(s, self.det[lane])), at(2, zero), at(3, zero)];
+        [at(0, zero), at(1, f32x8::splat(s, self.det[lane])), at(2, zero), at(3, zero)]
+    }
+
+    /// Which of the triangles may block some sample of `part`, and which block all of them, for certain; bits are lanes.
+    ///
+    /// `part` must lie within the group that the coefficients were made for: its bounds then hold for `part` as well. The
+    /// facing of edge-on triangles must have been settled before ([`Coefficients::flip`]). The sums are those of
+    /// [`TriangleBlock::against`], so `bounds.md` covers them.
+    #[inline(always)]
+    pub fn refine<S: Simd>(&self, s: S, part: &SampleGroup) -> (u8, u8) {
+        let half = splat3(s, part.half);
+        let q = sub(splat3(s, part.center), load3(s, &self.a));
+        let (mut maybe, mut covers) = (0xffu64, 0xffu64);
+        for k in 0..4 {
+            let m = load3(s, &self.m[k]);
+            let constant = if k == 1 { f32x8::load_array_ref(s, &self.det) } else { f32x8::splat(s, 0.0) };
+            let value = m[2].mul_add(q[2], m[1].mul_add(q[1], m[0].mul_add(q[0], constant)));
+            let reach = dot(abs(m), half) + f32x8::load_array_ref(s, &self.bound[k]);
+            maybe &= !(value + reach).simd_lt(0.0).to_bitmask();
+            covers &= (value - reach).simd_gt(0.0).to_bitmask();
+        }
+        (maybe as u8, covers as u8)
+    }
+
+    /// Tests triangle `lane` against eight samples (world coordinates) of the group that the coefficients were made for.
+    /// A sample of NaN ("no sample here") comes back unsure: leave such lanes out.
+    #[inline(always)]
+    pub fn test<S: Simd>(&self, s: S, lane: usize, p: [f32x8<S>; 3]) -> Lanes {
+        let values = self.values(s, lane, p);
         let (mut blocked, mut out) = (0xffu64, 0u64);
         for k in 0..4 {
             let bound = self.bound[k][lane];
@@ -258,3 +287,7 @@ fn store3<S: Simd>(v: &V3<S>, out: &mut [[f32; 8]; 3]) {
     v[1].store_array(&mut out[1]);
     v[2].store_array(&mut out[2]);
 }
+
+#[cfg(test)]
+#[path = "filter_tests.rs"]
+mod tests;

@@ -11,5 +11,6 @@ pub mod shade;
 
 mod bvh;
 mod isa;
+mod vec3;
 
 pub use isa::{Isa, UnknownIsa};

@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Cssv, Method, Oracle, RayCast};
+use super::{Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -37,6 +37,70 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "ofts",
+        aliases: &["fts", "irregular-z-buffer"],
+        source: "Kobrtek et al. 2021, sections 2.3 and 3.4; Wyman et al. 2015",
+        exact: true,
+        idea: "sorts samples into cells of directions around the light and rasterises triangles into the cells",
+        cost: "lists O(N), traversal O(touched cells and their samples)",
+    },
+    MethodInfo {
+        name: "cube-map",
+        aliases: &["cubeshadowmapping", "cube-shadow-map"],
+        source: "Williams 1978; Gerasimov 2004; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest depth of each texel of six faces and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
+    MethodInfo {
+        name: "dual-paraboloid",
+        aliases: &["dpsm"],
+        source: "Brabec et al. 2002; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest distance of each texel of two paraboloids and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
+    MethodInfo {
+        name: "dpsv-hybrid",
+        aliases: &["dpsv"],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a small stack that overflows into the stackless walk",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stack",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a stack",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stackless",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with the way back stored in the tree",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "ptsv",
+        aliases: &["sintorn"],
+        source: "Sintorn, Olsson, Assarsson 2011",
+        exact: true,
+        idea: "rasterises each triangle's shadow frustum into a pyramid over the picture, whole tiles at once",
+        cost: "build O(N + T), walk O(T log N + length of shadow outlines in tiles)",
+    },
+    MethodInfo {
+        name: "cptsv",
+        aliases: &["sintorn2"],
+        source: "Sintorn, Kämpe, Olsson, Assarsson 2014; Kobrtek et al. 2021, section 2.2",
+        exact: true,
+        idea: "as ptsv, over a tree of view sample clusters: tiles cut into depth slices",
+        cost: "build O(N + T), walk O(T log C + outlines in clusters), C clusters",
     },
     MethodInfo {
         name: "cssv",
@@ -95,6 +159,14 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "ofts" => Box::new(Ofts::new(options)),
+        "cube-map" => Box::new(CubeMap::new(options)),
+        "dual-paraboloid" => Box::new(DualParaboloid::new(options)),
+        "dpsv-hybrid" => Box::new(Dpsv::new(options, DpsvQuery::HYBRID)),
+        "dpsv-stack" => Box::new(Dpsv::new(options, DpsvQuery::Stack)),
+        "dpsv-stackless" => Box::new(Dpsv::new(options, DpsvQuery::Stackless)),
+        "ptsv" => Box::new(Ptsv::new(options)),
+        "cptsv" => Box::new(Cptsv::new(options)),
         "cssv" => Box::new(Cssv::new(options)),
         "zpass" => Box::new(Cssv::z_pass(options)),
         other => unreachable!("{other} is in the catalogue"),

@@ -1,12 +1,16 @@
 //! What comes in: triangles in world space with materials, lights and a camera, at one moment in time.
 
 mod camera;
+mod census;
+pub mod defaults;
 mod light;
 mod material;
 pub mod procedural;
 mod soup;
+mod voxels;
 
 pub use camera::Camera;
+pub use census::Census;
 pub use light::{Casters, PointLight};
 pub use material::{AlphaMode, Material, Texture, Wrap};
 pub use soup::{InputError, Object, Soup, Triangle, check_triangles};

@@ -21,12 +21,6 @@ impl Place {
         self.of([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
     }
 
-    /// Turned about the local x axis first: y goes towards z.
-    pub(super) fn pitched(self, turns: f64) -> Place {
-        let (cos, sin) = turn(turns);
-        self.of([[1.0, 0.0, 0.0], [0.0, cos, sin], [0.0, -sin, cos]])
-    }
-
     /// Scaled along the local axes first.
     pub(super) fn scaled(self, [x, y, z]: V3) -> Place {
         self.of([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])

@@ -4,11 +4,17 @@
 //! A scene is asked for by name, with parameters behind a question mark: `room`, `hairball?size=20000&seed=3`. The
 //! same spec gives the same bits on every platform and with any number of threads.
 
+mod atrium;
 mod build;
+mod city;
+mod crowd;
 mod failure;
+mod forest;
+mod hairball;
 mod math;
 mod room;
 mod shapes;
+mod statue;
 #[cfg(test)]
 mod tests;
 
@@ -86,6 +92,40 @@ const fn failure(
 /// Every scene that [`builtin`] makes.
 pub const BUILTINS: &[BuiltinInfo] = &[
     show("room", 22_400, room::room, &[SEED], "a furnished room around a lattice lantern"),
+    show(
+        "hairball",
+        2_880_006,
+        hairball::hairball,
+        &[SEED, size(2_880_006)],
+        "a ball of 12,000 thin hairs between two walls",
+    ),
+    show(
+        "city",
+        279_000,
+        city::city,
+        &[SEED, size(279_000)],
+        "blocks of houses with windows, a light above the square",
+    ),
+    show(
+        "atrium",
+        279_000,
+        atrium::atrium,
+        &[SEED, size(279_000)],
+        "an ornate courtyard: columns, arches, cloth",
+    ),
+    show("statue", 1_090_000, statue::statue, &[SEED, size(1_090_000)], "a dense veiled figure in a niche"),
+    show("forest", 200_000, forest::forest, &[SEED, size(200_000)], "trees with alpha-tested leaves"),
+    BuiltinInfo {
+        animated: true,
+        ..show(
+            "crowd",
+            70_000,
+            crowd::crowd,
+            &[SEED, size(70_000)],
+            "people who walk across a square at night",
+        )
+    },
+    failure("empty", 0, failure::simple::empty, "no triangles at all"),
     failure("single", 3, failure::simple::single, "one triangle over a ground"),
     failure("fan", 3_970, failure::topology::fan, "a finely tessellated closed sphere over a plane"),
     failure(
@@ -95,17 +135,62 @@ pub const BUILTINS: &[BuiltinInfo] = &[
         "the same with the corners of each triangle rotated",
     ),
     failure(
-        "degenerate",
-        50,
-        failure::numbers::degenerate,
-        "zero-area, collinear, duplicate, huge and tiny triangles",
-    ),
-    failure(
         "lattice",
         260,
         failure::topology::lattice,
         "cubes, light and ground on the integer lattice: ties galore",
     ),
+    failure(
+        "seams",
+        880,
+        failure::topology::seams,
+        "a lattice room about the light, samples where the faces of a cube map meet",
+    ),
+    failure(
+        "interpenetrating",
+        662,
+        failure::topology::interpenetrating,
+        "300 triangles through one another, a ball through the ground",
+    ),
+    failure("edge-fan", 22, failure::topology::edge_fan, "edges of 3, 5 and 12 triangles"),
+    failure("layers", 3_602, failure::topology::layers, "300 closed plates one over the other"),
+    failure("cracks", 204, failure::topology::cracks, "T-junctions and a crack of a hundred-thousandth"),
+    failure(
+        "degenerate",
+        50,
+        failure::numbers::degenerate,
+        "zero-area, collinear, duplicate, huge and tiny triangles",
+    ),
+    failure("offset", 363, failure::numbers::offset, "a scene a million units away, where f32 is coarse"),
+    failure("depth-range", 255, failure::numbers::depth_range, "casters from 0.1 to 100,000 from the light"),
+    failure(
+        "slivers",
+        3_002,
+        failure::numbers::slivers,
+        "3,000 triangles up to a million times longer than wide",
+    ),
+    failure("light-in-plane", 19, failure::lights::in_plane, "the light exactly in the planes of triangles"),
+    failure(
+        "light-on-vertex",
+        20,
+        failure::lights::on_vertex,
+        "the light exactly on a corner of five triangles",
+    ),
+    failure("light-inside", 1_200, failure::lights::inside, "light and eye inside a closed ball"),
+    failure("light-at-eye", 15, failure::lights::at_eye, "the light exactly where the eye is"),
+    failure("light-behind-eye", 16, failure::lights::behind_eye, "the light, and a caster, behind the eye"),
+    failure("eye-in-shadow", 29, failure::lights::eye_in_shadow, "the eye inside of shadow volumes"),
+    failure("near-caster", 16, failure::lights::near_caster, "a caster millimetres before the eye"),
+    failure("far-light", 15, failure::lights::far, "the light 10,000 scene sizes away"),
+    failure("close-large", 17, failure::lights::close_large, "large triangles that nearly touch the light"),
+    failure("one-cell", 215, failure::lights::one_cell, "all samples in one tiny solid angle"),
+    failure(
+        "two-clumps",
+        1_060,
+        failure::lights::two_clumps,
+        "two clumps of samples, 1e-4 apart as seen from the light",
+    ),
+    failure("tiny", 17_700, failure::density::tiny, "17,000 triangles over few pixels"),
 ];
 
 /// Why a spec names no scene; the message says what would be right.

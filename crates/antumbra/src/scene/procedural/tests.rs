@@ -67,6 +67,16 @@ fn meshes_that_look_closed_are_closed() {
         ("fan", &["sphere"]),
         ("fan-rotated", &["sphere"]),
         ("lattice", &["cubes"]),
+        ("seams", &["room", "cubes"]),
+        ("layers", &["plates"]),
+        ("tiny", &["pebble"]),
+        ("offset", &["ball"]),
+        ("light-inside", &["ball"]),
+        ("hairball?size=20000", &["hair"]),
+        ("statue?size=20000", &["statue", "plinth"]),
+        ("crowd?size=20000", &["person 1", "person 9", "lamp post"]),
+        ("forest?size=20000", &["stones"]),
+        ("atrium?size=40000", &["balustrade 0.1", "balustrade 1.1"]),
     ] {
         let scene = make(spec);
         names.iter().for_each(|name| assert_closed(&scene, name));
@@ -75,7 +85,18 @@ fn meshes_that_look_closed_are_closed() {
 
 #[test]
 fn the_seed_decides() {
-    for spec in ["room", "degenerate"] {
+    for spec in [
+        "room",
+        "degenerate",
+        "slivers",
+        "interpenetrating",
+        "hairball?size=20000",
+        "city?size=40000",
+        "atrium?size=40000",
+        "statue?size=20000",
+        "forest?size=20000",
+        "crowd?size=20000",
+    ] {
         let with = |seed: u32| {
             bits(&make(&format!("{spec}{}seed={seed}", if spec.contains('?') { '&' } else { '?' })))
         };
@@ -95,4 +116,31 @@ fn errors_say_what_is_right() {
     assert!(value.contains("seed=many") && value.contains("whole number from 0 to"), "{value}");
     assert_eq!(message("room?seed"), message("room?seed="));
     assert_eq!(time_span("rooom"), None);
+}
+
+#[test]
+fn the_crowd_walks_and_the_rest_stands() {
+    let at = |spec: &str, time: f32| builtin(spec, Some(time)).unwrap();
+    let crowd = "crowd?size=20000";
+    let [start, later] = [0.0, 0.5].map(|t| at(crowd, t));
+    assert_eq!(start.soup.len(), later.soup.len());
+    assert_eq!(start.soup.object, later.soup.object);
+    assert_ne!(bits(&start), bits(&later));
+    assert_eq!(bits(&start), bits(&builtin(crowd, None).unwrap()));
+    assert_eq!(time_span(crowd), Some([0.0, 10.0]));
+    // Time stays within the span.
+    assert_eq!(bits(&at(crowd, 10.0)), bits(&at(crowd, 1e9)));
+    assert_eq!(bits(&start), bits(&at(crowd, f32::NAN)));
+    assert_eq!(bits(&at("fan", 0.0)), bits(&at("fan", 5.0)));
+    for info in BUILTINS {
+        assert_eq!(time_span(info.name).is_some(), info.animated, "{}", info.name);
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    for spec in ["hairball?size=50000", "statue?size=150000"] {
+        assert_eq!(one.install(|| bits(&make(spec))), bits(&make(spec)), "{spec}");
+    }
 }

@@ -1,6 +1,8 @@
 //! One tiny scene for each way in which a shadow method can fail, with a light and a camera that see the place where it
 //! would. All are small enough for the oracle.
 
+pub(super) mod density;
+pub(super) mod lights;
 pub(super) mod numbers;
 pub(super) mod simple;
 pub(super) mod topology;

@@ -1,7 +1,0 @@
-//! Reader.
-use crate::Error;
-use antumbra::scene::Scene;
-use std::path::Path;
-pub(super) fn open(path: &Path) -> Result<Scene, Error> {
-    Err(Error::content(path, "not built yet"))
-}
