@@ -1,5 +1,4 @@
 //! The leaf of every method that brings samples to a triangle: the shared test, stage by stage, with its counters.
-#![allow(dead_code)]
 
 use antumbra_predicates::Triangle;
 use antumbra_predicates::resolve::Decided;

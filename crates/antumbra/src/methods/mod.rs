@@ -4,11 +4,13 @@ mod catalogue;
 pub(crate) mod leaf;
 mod oracle;
 mod ray_cast;
+mod ray_hierarchy;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use oracle::Oracle;
 pub use ray_cast::RayCast;
+pub use ray_hierarchy::{ConeTest, LeafKind, RayHierarchy, RayHierarchyOptions};
 pub use stats::{Stage, Stats, StatsBuilder};
 
 use crate::samples::View;
