@@ -1,6 +1,6 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast};
+use super::{Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast, RayHierarchy, RayHierarchyOptions};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -118,6 +118,78 @@ pub const CATALOGUE: &[MethodInfo] = &[
         idea: "as cssv, but counts the faces between eye and sample and the volumes around the eye (z-pass)",
         cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
     },
+    MethodInfo {
+        name: "rh-spheres",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, table 1 (Spheres)",
+        exact: true,
+        idea: "streams triangles through a tree of cones over the rays in screen order; cone against bounding sphere",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-spheres-sorted",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, table 1 (SpheresSorted)",
+        exact: true,
+        idea: "the same over rays sorted by direction",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.2 (Precise)",
+        exact: true,
+        idea: "streams triangles through a tree of cones over the rays in screen order; cone against triangle",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-sorted",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.5 (PreciseSorted)",
+        exact: true,
+        idea: "the same over rays sorted by direction",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-sea",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.3 (PreciseSEA)",
+        exact: true,
+        idea: "sorted rays; a node that one triangle covers is shadowed at once and never visited again",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-eatp",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.4 (PreciseEATP)",
+        exact: true,
+        idea: "rays in screen order, early accept; large blockers go first, and the rays they shadow leave the tree",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-seatp",
+        aliases: &["rh", "ray-hierarchy"],
+        source: "Olsson, Assarsson 2011, section 3.4 (PreciseSEATP)",
+        exact: true,
+        idea: "sorted rays, early accept; large blockers go first, and the rays they shadow leave the tree",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-leaf-wald",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 4.1; Wald 2004",
+        exact: false,
+        idea: "rh-precise-sorted with Wald's projected leaf test in f32: what inexact leaves cost",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-leaf-moller-trumbore",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 4.1; Möller, Trumbore 1997",
+        exact: false,
+        idea: "rh-precise-sorted with the leaf test of Möller and Trumbore in f32: what inexact leaves cost",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
 ];
 
 /// Options that all methods share.
@@ -169,6 +241,10 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
         "cptsv" => Box::new(Cptsv::new(options)),
         "cssv" => Box::new(Cssv::new(options)),
         "zpass" => Box::new(Cssv::z_pass(options)),
+        name if name.starts_with("rh-") => {
+            let variant = RayHierarchyOptions::named(name, options).unwrap_or_default();
+            Box::new(RayHierarchy::new(name, variant))
+        }
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

@@ -10,6 +10,7 @@ mod oracle;
 pub(crate) mod ptsv;
 mod ray_cast;
 mod shadow_map;
+mod ray_hierarchy;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
@@ -21,6 +22,7 @@ pub use oracle::Oracle;
 pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;
 pub use shadow_map::{CubeMap, DualParaboloid, ShadowMapOptions};
+pub use ray_hierarchy::{ConeTest, LeafKind, RayHierarchy, RayHierarchyOptions};
 pub use stats::{Stage, Stats, StatsBuilder};
 
 use crate::samples::View;
