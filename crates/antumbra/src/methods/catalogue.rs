@@ -1,6 +1,9 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast, RayHierarchy, RayHierarchyOptions};
+use super::{
+    Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast, RayHierarchy,
+    RayHierarchyOptions,
+};
 use crate::Isa;
 
 /// What a user wants to know before choosing.

@@ -9,8 +9,8 @@ mod ofts;
 mod oracle;
 pub(crate) mod ptsv;
 mod ray_cast;
-mod shadow_map;
 mod ray_hierarchy;
+mod shadow_map;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
@@ -21,8 +21,8 @@ pub use ofts::Ofts;
 pub use oracle::Oracle;
 pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;
-pub use shadow_map::{CubeMap, DualParaboloid, ShadowMapOptions};
 pub use ray_hierarchy::{ConeTest, LeafKind, RayHierarchy, RayHierarchyOptions};
+pub use shadow_map::{CubeMap, DualParaboloid, ShadowMapOptions};
 pub use stats::{Stage, Stats, StatsBuilder};
 
 use crate::samples::View;
