@@ -116,13 +116,13 @@ fn query_band<S: Simd>(
                 packet.push(Sample::new(positions[i], light), i);
             }
         };
-        if width == 0 {
-            (index * size..positions.len().min((index + 1) * size)).for_each(&mut take);
-        } else {
-            for row in 0..positions.len() / width {
+        if let Some(rows) = positions.len().checked_div(width) {
+            for row in 0..rows {
                 (index * PACKET_WIDTH..width.min((index + 1) * PACKET_WIDTH))
                     .for_each(|column| take(row * width + column));
             }
+        } else {
+            (index * size..positions.len().min((index + 1) * size)).for_each(&mut take);
         }
         if packet.count == 0 {
             continue;
