@@ -33,7 +33,6 @@ enum Kind {
 /// # Errors
 /// [`Error`] names the file and what in it cannot be meant.
 pub fn open(path: &Path) -> Result<SceneFile, Error> {
-    std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let kind = match extension.as_str() {
         "glb" | "gltf" => Kind::Gltf(Box::new(gltf::open(path)?)),
@@ -42,6 +41,9 @@ pub fn open(path: &Path) -> Result<SceneFile, Error> {
         "ply" => Kind::Static(Box::new(ply::open(path)?)),
         "stl" => Kind::Static(Box::new(stl::open(path)?)),
         "npy" => Kind::Static(Box::new(npy::open_scene(path)?)),
+        _ if !path.exists() => {
+            return Err(Error::content(path, format!("no such file; scene files end in {KNOWN}")));
+        }
         _ => return Err(Error::Type { path: path.to_owned(), extension, known: KNOWN }),
     };
     Ok(SceneFile(kind))
