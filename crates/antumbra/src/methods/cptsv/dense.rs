@@ -51,7 +51,7 @@ mod tests {
         // 1920 x 1080 in 8 x 8 tiles, ten bits of slices: 8 + 8 + 10 bits, 69 million nodes, 1.55 GiB of boxes.
         let hd = DenseLayout::new([8, 8, 10], 240 * 135);
         assert_eq!(hd.nodes, (1 << 26) + (1 << 21) + (1 << 16) + (1 << 11) + (1 << 6) + 2);
-        assert!(hd.nodes * BOX >> 20 == 1585);
+        assert!((hd.nodes * BOX) >> 20 == 1585);
         // 3840 x 2160: 6.2 GiB.
         let uhd = DenseLayout::new([9, 9, 10], 480 * 270);
         assert!((6.1..6.3).contains(&((uhd.nodes * BOX) as f64 / (1u64 << 30) as f64)));

@@ -133,7 +133,8 @@ mod tests {
         };
         let (width, height) = (61, 43);
         let view = View::new(&camera, width, height);
-        let depth = |x: usize, y: usize| if (x + y) % 2 == 0 { 0.1 * 1.5f64.powi(y as i32) } else { 1e5 };
+        let depth =
+            |x: usize, y: usize| if (x + y).is_multiple_of(2) { 0.1 * 1.5f64.powi(y as i32) } else { 1e5 };
         let positions: Vec<[f32; 3]> = (0..width * height)
             .map(|i| {
                 let d = view.direction(i % width, i / width, width, height);

@@ -90,7 +90,7 @@ impl Engine {
         let bounds = bounds(positions);
         // A list has no neighbourhood of its own; clusters without a camera are made of quantised positions.
         let is_list = samples.width >= positions.len()
-            || positions.len() % samples.width.max(1) != 0
+            || !positions.len().is_multiple_of(samples.width.max(1))
             || (self.shape.clusters && samples.view.is_none());
         let [w, h] = self.shape.tile;
         self.tiling = if is_list {
