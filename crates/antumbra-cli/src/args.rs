@@ -29,7 +29,7 @@ then --light. The same holds for --triangles where the lights do not share their
 If no camera is given: the first camera of the file; else, in a closed room, the longest view inside it; else
 three-quarters from outside, as near as all fits. If no light is given: the first point light of the file; else, in a
 room, under the ceiling in view; else above and beside the scene. Far-off sky domes do not count: scenes are framed by
-the 5 % to 95 % box of their vertices if the whole box is more than twice that on any axis.
+the 5 % to 95 % box of their vertices if the whole box is more than four times that on any axis.
 
 The exposure follows from the picture: the median lit surface gets the same brightness in every scene.";
 
@@ -44,7 +44,7 @@ const COMPARE_HELP: &str = "\
 Example:
   antumbra compare scene.glb --light 1,2,-3 --methods ray-cast,cube-map --diff-dir differences
 
-The reference is `oracle` (exact arithmetic, every triangle against every sample) where that is at most 300 million pairs,
+The reference is `oracle` (exact arithmetic, every triangle against every sample) where that is at most 1000 million pairs or it is named in --methods,
 else `ray-cast` (the same leaf test behind a conservative hierarchy); --reference overrides it. `--methods all` leaves
 out the oracle where it would take too long. Leaks: shadowed in the reference, lit here. Acne: the other way round.
 Exit code 1 if a method that claims to be exact differs in any sample.";

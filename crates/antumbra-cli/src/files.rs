@@ -28,7 +28,8 @@ pub(crate) fn load(input: &Input) -> Result<Loaded> {
         }
     };
     scene.validate().with_context(|| name.clone())?;
-    if scene.soup.is_empty() {
+    // A built-in scene may be empty on purpose.
+    if scene.soup.is_empty() && matches!(input.source, Source::File(_)) {
         bail!("{name}: the scene has no triangles: there is nothing to draw or to cast a shadow");
     }
     if scene.name.is_empty() {

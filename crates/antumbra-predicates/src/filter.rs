@@ -235,6 +235,27 @@ impl Coefficients {
         [at(0, zero), at(1, f32x8::splat(s, self.det[lane])), at(2, zero), at(3, zero)]
     }
 
+    /// Which of the triangles may block some sample of `part`, and which block all of them, for certain; bits are lanes.
+    ///
+    /// `part` must lie within the group that the coefficients were made for: its bounds then hold for `part` as well. The
+    /// facing of edge-on triangles must have been settled before ([`Coefficients::flip`]). The sums are those of
+    /// [`TriangleBlock::against`], so `bounds.md` covers them.
+    #[inline(always)]
+    pub fn refine<S: Simd>(&self, s: S, part: &SampleGroup) -> (u8, u8) {
+        let half = splat3(s, part.half);
+        let q = sub(splat3(s, part.center), load3(s, &self.a));
+        let (mut maybe, mut covers) = (0xffu64, 0xffu64);
+        for k in 0..4 {
+            let m = load3(s, &self.m[k]);
+            let constant = if k == 1 { f32x8::load_array_ref(s, &self.det) } else { f32x8::splat(s, 0.0) };
+            let value = m[2].mul_add(q[2], m[1].mul_add(q[1], m[0].mul_add(q[0], constant)));
+            let reach = dot(abs(m), half) + f32x8::load_array_ref(s, &self.bound[k]);
+            maybe &= !(value + reach).simd_lt(0.0).to_bitmask();
+            covers &= (value - reach).simd_gt(0.0).to_bitmask();
+        }
+        (maybe as u8, covers as u8)
+    }
+
     /// Tests triangle `lane` against eight samples (world coordinates) of the group that the coefficients were made for.
     /// A sample of NaN ("no sample here") comes back unsure: leave such lanes out.
     #[inline(always)]

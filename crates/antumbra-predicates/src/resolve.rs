@@ -111,21 +111,31 @@ impl Resolver {
     /// Does the triangle block the sample? Exact.
     #[inline]
     pub fn blocks(&self, p: [f32; 3]) -> (bool, Decided) {
-        let (values, bounds) = self.values(wide(p));
-        if (0..4).any(|k| values[k] < -bounds[k]) {
-            return (false, Decided::Double);
+        let p64 = wide(p);
+        let q = sub(p64, self.a);
+        let q_abs = abs(q);
+        let s = f64::from(self.facing);
+        let mut sure = [false; 4];
+        // One test after the other: most pairs miss at the first or second.
+        for k in 0..4 {
+            let (constant, more) = if k == 1 { (self.det, KAPPA_F64 * self.det_mag) } else { (0.0, 0.0) };
+            let value = s * (constant + dot(self.m[k], q));
+            let bound = KAPPA_F64 * dot(self.mag[k], q_abs) + more;
+            if value < -bound {
+                return (false, Decided::Double);
+            }
+            sure[k] = value > bound;
         }
-        if (0..4).all(|k| values[k] > bounds[k]) {
+        if sure == [true; 4] {
             return (true, Decided::Double);
         }
         let [a, b, c] = self.triangle;
         let (t, l, f) = (&self.triangle, self.light, self.facing);
         // Certain signs need not be asked again.
-        let sure = |k: usize| values[k] > bounds[k];
-        let blocks = (sure(0) || exact::side(a, b, p, l) == f)
-            && (sure(1) || exact::side(b, c, p, l) == f)
-            && (sure(2) || exact::side(c, a, p, l) == f)
-            && (sure(3) || exact::beyond(t, p) == f);
+        let blocks = (sure[0] || exact::side(a, b, p, l) == f)
+            && (sure[1] || exact::side(b, c, p, l) == f)
+            && (sure[2] || exact::side(c, a, p, l) == f)
+            && (sure[3] || exact::beyond(t, p) == f);
         (blocks, Decided::Exact)
     }
 

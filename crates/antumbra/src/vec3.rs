@@ -32,8 +32,13 @@ pub(crate) fn mix(a: V3, b: V3, t: f32) -> V3 {
     [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
 }
 
-/// Length 1, or `None` where there is no direction. Scaled first, so that neither tiny nor huge vectors are lost.
+/// Length 1, or `None` where there is no direction.
 pub(crate) fn unit(a: V3) -> Option<V3> {
+    let square = dot(a, a);
+    if (1e-30..1e30).contains(&square) {
+        return Some(scale(a, 1.0 / square.sqrt()));
+    }
+    // Scaled first, so that neither tiny nor huge vectors are lost.
     let largest = a[0].abs().max(a[1].abs()).max(a[2].abs());
     if largest.is_nan() || largest <= 0.0 || largest.is_infinite() {
         return None;
@@ -58,6 +63,15 @@ pub(crate) fn axes(eye: V3, target: V3, up: V3) -> [V3; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_of_tiny_and_huge_vectors() {
+        for v in [1e-40, 1e-20, 1.0, 1e20, 3e38] {
+            let u = unit([v, -v, 0.0]).unwrap();
+            assert!((dot(u, u) - 1.0).abs() < 1e-6 && u[0] > 0.0, "{v}: {u:?}");
+        }
+        assert_eq!((unit([0.0; 3]), unit([f32::NAN; 3]), unit([f32::INFINITY; 3])), (None, None, None));
+    }
 
     #[test]
     fn axes_are_right_handed_even_looking_straight_down() {

@@ -17,8 +17,8 @@ use crate::plan::Compare;
 use crate::report::{CameraReport, SCHEMA_VERSION, StatsReport};
 use crate::stage::Stage;
 
-/// Pairs of triangle and sample up to which the oracle is the default reference: about ten seconds of one core.
-const ORACLE_PAIRS: u128 = 300_000_000;
+/// Pairs of triangle and sample up to which the oracle is the default reference: some seconds of one core.
+const ORACLE_PAIRS: u128 = 1_000_000_000;
 
 /// Exit code when a method that claims to be exact is not.
 const DIFFERS: u8 = 1;
@@ -125,6 +125,9 @@ impl Field {
         let known = |name: &str| CATALOGUE.iter().find(|m| m.name == name);
         let (reference, rule) = match plan.reference {
             Some(info) => (Some(info), "as told".to_owned()),
+            None if plan.methods.as_ref().is_some_and(|named| named.iter().any(|m| m.name == "oracle")) => {
+                (known("oracle"), "named in --methods".to_owned())
+            }
             None if pairs <= ORACLE_PAIRS => {
                 (known("oracle"), format!("exact arithmetic on all {triangles} x {samples} pairs"))
             }

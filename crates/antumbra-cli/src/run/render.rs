@@ -82,10 +82,13 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
     drop(method);
     progress.stage("shadow");
 
-    progress.doing("shading and writing");
+    progress.doing("shading");
     let outputs = Outputs { plan, scene: &scene, stage: &stage, gbuffer: &gbuffer, masks: &masks };
-    let written = outputs.write()?;
-    progress.stage("shade_and_write");
+    let picture = outputs.shade()?;
+    progress.stage("shade");
+    progress.doing("writing");
+    let written = outputs.write(&picture)?;
+    progress.stage("write");
 
     let (program_stages, program_ms) = progress.finish();
     let total = StatsReport::of_lights(&stats).context("no light")?;
@@ -99,6 +102,12 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
         total.total_ms,
         program_ms / 1e3,
     ));
+    if total.samples > 0 && total.shadowed as f64 >= 0.999 * total.samples as f64 {
+        progress.note(
+            "note: nearly everything is in shadow: the light may sit inside something, such as lamp glass; --skip-radius R \
+             leaves out casters nearer than R to it, --light-index N takes another light of the file",
+        );
+    }
     if !written.is_empty() {
         let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
         progress.note(&format!("wrote {}", names.join(", ")));
@@ -183,12 +192,12 @@ type Job<'a> = (PathBuf, Box<dyn Fn(&Path) -> Result<()> + Send + Sync + 'a>);
 
 impl Outputs<'_> {
     /// Writes all files at once, the picture (which takes longest) first. The names, in order.
-    fn write(&self) -> Result<Vec<PathBuf>> {
+    fn write(&self, picture: &[[f32; 3]]) -> Result<Vec<PathBuf>> {
         let plan = self.plan;
         let size = plan.view.size;
         let mut jobs: Vec<Job<'_>> = Vec::new();
         if let Some(path) = &plan.picture {
-            jobs.push((path.clone(), Box::new(|path| files::write_picture(path, size, &self.shade()?))));
+            jobs.push((path.clone(), Box::new(move |path| files::write_picture(path, size, picture))));
         }
         if let Some(path) = &plan.mask {
             for (k, mask) in self.masks.iter().enumerate() {
@@ -218,7 +227,11 @@ impl Outputs<'_> {
         Ok(jobs.into_iter().map(|(path, _)| path).collect())
     }
 
+    /// The picture, empty if none is asked for.
     fn shade(&self) -> Result<Vec<[f32; 3]>> {
+        if self.plan.picture.is_none() {
+            return Ok(Vec::new());
+        }
         let masks = self.masks.iter().map(Vec::as_slice);
         let lights: Vec<(PointLight, &[u8])> =
             self.stage.lights.iter().map(|l| l.value.clone()).zip(masks).collect();

@@ -33,6 +33,7 @@ enum Kind {
 /// # Errors
 /// [`Error`] names the file and what in it cannot be meant.
 pub fn open(path: &Path) -> Result<SceneFile, Error> {
+    std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let kind = match extension.as_str() {
         "glb" | "gltf" => Kind::Gltf(Box::new(gltf::open(path)?)),

@@ -39,6 +39,8 @@ pub(crate) struct Tally {
     pub(crate) free: u32,
     pub(crate) blocked: u32,
     pub(crate) unsure: u32,
+    /// Verdicts of [`Coefficients::refine`] that were certain.
+    pub(crate) refined: u32,
     /// Single samples that the test without a group was sure of.
     pub(crate) single_sure: u32,
 }
@@ -120,6 +122,42 @@ fn check_single(level: Level, case: &Case, truth: &[[Truth; 16]; 8], tally: &mut
     }
 }
 
+/// Coefficients of a group (facings settled) against its two halves of eight samples.
+fn check_refined(
+    level: Level,
+    case: &Case,
+    lanes: u8,
+    truth: &[[Truth; 16]; 8],
+    tests: &Coefficients,
+    tally: &mut Tally,
+) {
+    for first in [0, 8] {
+        let samples = &case.samples[first..first + 8];
+        if samples.iter().flatten().any(|v| v.is_nan()) {
+            continue;
+        }
+        let fold = |f: fn(f32, f32) -> f32| {
+            [0, 1, 2].map(|k| samples.iter().map(|p| p[k]).reduce(f).expect("eight samples"))
+        };
+        let part = SampleGroup::from_bounds(fold(f32::min), fold(f32::max));
+        let (maybe, covers) = dispatch!(level, s => tests.refine(s, &part));
+        for lane in (0..8).filter(|lane| lanes >> lane & 1 == 1 && truth[*lane][0].facing != 0) {
+            tally.refined += u32::from(maybe >> lane & 1 == 0) + u32::from(covers >> lane & 1);
+            for (&p, truth) in samples.iter().zip(&truth[lane][first..]) {
+                let wrong = || {
+                    format!(
+                        "refined, {level:?}, {:?}: {}",
+                        case.law,
+                        line(&case.triangles[lane], case.light, p, truth)
+                    )
+                };
+                assert!(maybe >> lane & 1 == 1 || !truth.blocks, "rejected: {}", wrong());
+                assert!(covers >> lane & 1 == 0 || truth.blocks, "covers: {}", wrong());
+            }
+        }
+    }
+}
+
 /// The shared runner: one block of triangles against one group at one level, everything that is certain compared with the
 /// truth.
 pub(crate) fn check_at(level: Level, case: &Case, live: u8, truth: &[[Truth; 16]; 8], tally: &mut Tally) {
@@ -182,6 +220,7 @@ pub(crate) fn check_at(level: Level, case: &Case, live: u8, truth: &[[Truth; 16]
             }
         }
     }
+    check_refined(level, case, live & verdict.maybe, truth, &tests, tally);
 }
 
 #[test]

@@ -65,6 +65,17 @@ impl Packet {
         [0, 1, 2].map(|k| f32x8::from_slice(s, &self.position[k][vector * WIDTH..vector * WIDTH + WIDTH]))
     }
 
+    /// The box of the points of one vector, padding included (it repeats a point).
+    #[inline(always)]
+    pub(crate) fn vector_group(&self, vector: usize) -> SampleGroup {
+        let (mut lo, mut hi) = ([0.0; 3], [0.0; 3]);
+        for k in 0..3 {
+            let lanes = &self.position[k][vector * WIDTH..(vector + 1) * WIDTH];
+            (lo[k], hi[k]) = lanes.iter().fold((lanes[0], lanes[0]), |(l, h), v| (l.min(*v), h.max(*v)));
+        }
+        SampleGroup::from_bounds(lo, hi)
+    }
+
     pub(crate) fn bounds(&self) -> Bounds {
         let mut b = Bounds::EMPTY;
         for i in 0..self.count {

@@ -1,6 +1,9 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
-use super::{Cptsv, Method, Oracle, Ptsv, RayCast};
+use super::{
+    Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast, RayHierarchy,
+    RayHierarchyOptions,
+};
 use crate::Isa;
 
 /// What a user wants to know before choosing.
@@ -39,6 +42,54 @@ pub const CATALOGUE: &[MethodInfo] = &[
         cost: "build O(T), trace O(N log T) expected",
     },
     MethodInfo {
+        name: "ofts",
+        aliases: &["fts", "irregular-z-buffer"],
+        source: "Kobrtek et al. 2021, sections 2.3 and 3.4; Wyman et al. 2015",
+        exact: true,
+        idea: "sorts samples into cells of directions around the light and rasterises triangles into the cells",
+        cost: "lists O(N), traversal O(touched cells and their samples)",
+    },
+    MethodInfo {
+        name: "cube-map",
+        aliases: &["cubeshadowmapping", "cube-shadow-map"],
+        source: "Williams 1978; Gerasimov 2004; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest depth of each texel of six faces and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
+    MethodInfo {
+        name: "dual-paraboloid",
+        aliases: &["dpsm"],
+        source: "Brabec et al. 2002; Kobrtek et al. 2021's framework",
+        exact: false,
+        idea: "keeps the nearest distance of each texel of two paraboloids and compares",
+        cost: "draw O(T + texels), look up O(N)",
+    },
+    MethodInfo {
+        name: "dpsv-hybrid",
+        aliases: &["dpsv"],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a small stack that overflows into the stackless walk",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stack",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with a stack",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
+        name: "dpsv-stackless",
+        aliases: &[],
+        source: "Mora et al. 2016; Gerhards et al. 2015; Kobrtek et al. 2021, section 3.3",
+        exact: true,
+        idea: "asks a ternary tree over the planes of shadow volumes, with the way back stored in the tree",
+        cost: "build O(T log T), query O(N log T) expected, O(T N) at worst",
+    },
+    MethodInfo {
         name: "ptsv",
         aliases: &["sintorn"],
         source: "Sintorn, Olsson, Assarsson 2011",
@@ -53,6 +104,94 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "as ptsv, over a tree of view sample clusters: tiles cut into depth slices",
         cost: "build O(N + T), walk O(T log C + outlines in clusters), C clusters",
+    },
+    MethodInfo {
+        name: "cssv",
+        aliases: &["zfail", "shadow-volumes", "stencil"],
+        source: "Kobrtek et al. 2021, section 3.1; Kim, Kim, Turk 2008; Milet et al. 2014",
+        exact: true,
+        idea: "counts the shadow volumes around a sample by the faces that its eye ray crosses beyond it (z-fail)",
+        cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
+    },
+    MethodInfo {
+        name: "zpass",
+        aliases: &["cssv-zpass"],
+        source: "Crow 1977; Kobrtek et al. 2021, section 3.1",
+        exact: true,
+        idea: "as cssv, but counts the faces between eye and sample and the volumes around the eye (z-pass)",
+        cost: "adjacency O(T), silhouette O(T), count O(faces log N + their outlines in samples)",
+    },
+    MethodInfo {
+        name: "rh-spheres",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, table 1 (Spheres)",
+        exact: true,
+        idea: "streams triangles through a tree of cones over the rays in screen order; cone against bounding sphere",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-spheres-sorted",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, table 1 (SpheresSorted)",
+        exact: true,
+        idea: "the same over rays sorted by direction",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.2 (Precise)",
+        exact: true,
+        idea: "streams triangles through a tree of cones over the rays in screen order; cone against triangle",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-sorted",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.5 (PreciseSorted)",
+        exact: true,
+        idea: "the same over rays sorted by direction",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-sea",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.3 (PreciseSEA)",
+        exact: true,
+        idea: "sorted rays; a node that one triangle covers is shadowed at once and never visited again",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-eatp",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 3.4 (PreciseEATP)",
+        exact: true,
+        idea: "rays in screen order, early accept; large blockers go first, and the rays they shadow leave the tree",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-precise-seatp",
+        aliases: &["rh", "ray-hierarchy"],
+        source: "Olsson, Assarsson 2011, section 3.4 (PreciseSEATP)",
+        exact: true,
+        idea: "sorted rays, early accept; large blockers go first, and the rays they shadow leave the tree",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-leaf-wald",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 4.1; Wald 2004",
+        exact: false,
+        idea: "rh-precise-sorted with Wald's projected leaf test in f32: what inexact leaves cost",
+        cost: "build O(N), traverse O(T log N) plus crossings",
+    },
+    MethodInfo {
+        name: "rh-leaf-moller-trumbore",
+        aliases: &[],
+        source: "Olsson, Assarsson 2011, section 4.1; Möller, Trumbore 1997",
+        exact: false,
+        idea: "rh-precise-sorted with the leaf test of Möller and Trumbore in f32: what inexact leaves cost",
+        cost: "build O(N), traverse O(T log N) plus crossings",
     },
 ];
 
@@ -95,8 +234,20 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "ofts" => Box::new(Ofts::new(options)),
+        "cube-map" => Box::new(CubeMap::new(options)),
+        "dual-paraboloid" => Box::new(DualParaboloid::new(options)),
+        "dpsv-hybrid" => Box::new(Dpsv::new(options, DpsvQuery::HYBRID)),
+        "dpsv-stack" => Box::new(Dpsv::new(options, DpsvQuery::Stack)),
+        "dpsv-stackless" => Box::new(Dpsv::new(options, DpsvQuery::Stackless)),
         "ptsv" => Box::new(Ptsv::new(options)),
         "cptsv" => Box::new(Cptsv::new(options)),
+        "cssv" => Box::new(Cssv::new(options)),
+        "zpass" => Box::new(Cssv::z_pass(options)),
+        name if name.starts_with("rh-") => {
+            let variant = RayHierarchyOptions::named(name, options).unwrap_or_default();
+            Box::new(RayHierarchy::new(name, variant))
+        }
         other => unreachable!("{other} is in the catalogue"),
     };
     Ok(method)

@@ -2,17 +2,27 @@
 
 mod catalogue;
 mod cptsv;
+mod cssv;
+mod dpsv;
 pub(crate) mod leaf;
+mod ofts;
 mod oracle;
 pub(crate) mod ptsv;
 mod ray_cast;
+mod ray_hierarchy;
+mod shadow_map;
 mod stats;
 
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use cptsv::{Cptsv, DenseLayout};
+pub use cssv::Cssv;
+pub use dpsv::{Dpsv, Query as DpsvQuery};
+pub use ofts::Ofts;
 pub use oracle::Oracle;
 pub use ptsv::{Ptsv, Tuning as PtsvTuning};
 pub use ray_cast::RayCast;
+pub use ray_hierarchy::{ConeTest, LeafKind, RayHierarchy, RayHierarchyOptions};
+pub use shadow_map::{CubeMap, DualParaboloid, ShadowMapOptions};
 pub use stats::{Stage, Stats, StatsBuilder};
 
 use crate::samples::View;

@@ -1,27 +1,32 @@
 //! Where to look from and where to put the light when nobody says: the same rules for every scene, none of them random.
 //!
 //! # The framed box
-//! The box from the 5th to the 95th percentile of the vertices, axis by axis: sky domes and far hills do not count. If
-//! the box of all vertices is at most twice as large on every axis, that one is taken: nothing is cut off.
+//! The box of all vertices, unless it is more than four times as large, on any axis, as that from the 5th to the 95th
+//! percentile of the vertices: then the latter, so that sky domes and far hills do not count.
+//!
+//! # Rooms
+//! A scene is a room if the free places of its box see something in at least 75 % of all directions (a box with one side
+//! open passes, a house seen as a whole does not), and not just nearby: the mean free distance is at least 8 % of
+//! the box's mean side. The box is the framed one; where that is of percentiles, with half as much around it, as walls
+//! have few vertices.
 //!
 //! # The camera
 //! 1. The file's first camera.
-//! 2. In a *room*: inside. Of a lattice of free places between 30 % and 60 % of the height, with some clearance
-//!    around, the place and the level direction with the longest views (mean logarithm of the free distances in a cone;
-//!    a view that leaves the scene counts 30 %).
+//! 2. In a room: inside. Of a lattice of free places where the things are (the percentiles' box seen from above), between
+//!    15 % and 60 % of the height and with some clearance around, the place and the level direction with the longest
+//!    views (mean logarithm of the free distances in a cone; a view that leaves the scene counts 30 %).
 //! 3. Otherwise from outside: three quarters from the front of the longer side and from above (more so if the scene is
 //!    flat), as near as all vertices of the framed box allow.
 //!
-//! A scene is a room if the free places of its box see something in at least 85 % of all directions, and not just
-//! nearby: the mean free distance is at least 15 % of the box's mean side.
-//!
 //! # The light
 //! 1. The file's first point light.
-//! 2. Where the camera stands closed in (at least 80 % of all directions, and above it): halfway into the view, a bit
-//!    to the right, at 80 % of the height between floor and ceiling there.
-//! 3. Otherwise above the framed box, to the right and towards the eye, a little outside the sphere around the box.
+//! 2. In a room: halfway into the view and a bit to the right of it (for a camera outside the room: in its middle), at
+//!    80 % of the height between floor and ceiling there.
+//! 3. Otherwise above the framed box, to the right and towards the eye, outside the sphere around the box.
 
 use std::sync::OnceLock;
+
+use rayon::prelude::*;
 
 use super::voxels::Voxels;
 use super::{Camera, PointLight, Scene};
@@ -64,7 +69,7 @@ pub fn core_bounds(scene: &Scene) -> Option<Bounds> {
 /// The box that pictures are framed by (see the module's page); `None` if there are no triangles.
 pub fn framed_bounds(scene: &Scene) -> Option<Bounds> {
     let (all, core) = (scene.soup.bounds()?, core_bounds(scene)?);
-    let compact = (0..3).all(|k| all.1[k] - all.0[k] <= 2.0 * (core.1[k] - core.0[k]));
+    let compact = (0..3).all(|k| all.1[k] - all.0[k] <= 4.0 * (core.1[k] - core.0[k]));
     Some(if compact { all } else { core })
 }
 
@@ -78,7 +83,11 @@ pub struct Defaults<'a> {
 /// What is known about the space of a scene.
 struct Survey {
     framed: Bounds,
+    core: Bounds,
+    /// Where a room is looked for.
+    space: Bounds,
     voxels: Voxels,
+    is_room: bool,
 }
 
 impl<'a> Defaults<'a> {
@@ -99,7 +108,7 @@ impl<'a> Defaults<'a> {
             let camera = self.looking([0.0, 0.0, 5.0], [0.0; 3]);
             return Choice { value: camera, rule: "nothing to look at" };
         };
-        match survey.is_room().then(|| survey.longest_view(self.up)).flatten() {
+        match survey.is_room.then(|| survey.longest_view(self.up)).flatten() {
             Some((eye, target)) => {
                 Choice { value: self.looking(eye, target), rule: "longest view inside the room" }
             }
@@ -125,20 +134,25 @@ impl<'a> Defaults<'a> {
         let (centre, radius) = (middle(survey.framed), 0.5 * length(sub(hi, lo)));
         let [right, ..] = axes(camera.eye, camera.target, self.up);
         let towards_eye = cross(right, self.up);
-        let offset = add(add(scale(right, 0.55), scale(self.up, 0.95)), scale(towards_eye, 0.35));
+        let offset = add(add(scale(right, 0.6), scale(self.up, 0.85)), scale(towards_eye, 0.8));
         let position = add(centre, scale(offset, if radius > 0.0 { radius } else { 1.0 }));
         Choice { value: PointLight::at(position), rule: "above and beside the scene" }
     }
 
     fn survey(&self) -> Option<&Survey> {
         let make = || {
-            let (framed, all) = (framed_bounds(self.scene)?, self.scene.soup.bounds()?);
-            // Half a box around it: the walls of a room have few vertices and may lie outside the percentiles.
-            let (lo, hi) = ([0, 1, 2], [0, 1, 2]);
+            let (framed, core) = (framed_bounds(self.scene)?, core_bounds(self.scene)?);
+            let all = self.scene.soup.bounds()?;
+            let axes = [0, 1, 2];
             let margin = |k: usize| 0.5 * (framed.1[k] - framed.0[k]);
-            let lo = lo.map(|k| (framed.0[k] - margin(k)).max(all.0[k]));
-            let hi = hi.map(|k| (framed.1[k] + margin(k)).min(all.1[k]));
-            Some(Survey { framed, voxels: Voxels::new(&self.scene.soup.positions, lo, hi) })
+            let space = (
+                axes.map(|k| (framed.0[k] - margin(k)).max(all.0[k])),
+                axes.map(|k| (framed.1[k] + margin(k)).min(all.1[k])),
+            );
+            let voxels = Voxels::new(&self.scene.soup.positions, space.0, space.1);
+            let mut survey = Survey { framed, core, space, voxels, is_room: false };
+            survey.is_room = survey.looks_like_a_room();
+            Some(survey)
         };
         self.survey.get_or_init(make).as_ref()
     }
@@ -197,21 +211,23 @@ impl<'a> Defaults<'a> {
 
 impl Survey {
     /// See the module's page.
-    fn is_room(&self) -> bool {
-        let (mut met, mut asked, mut free) = (0usize, 0usize, 0.0f64);
+    fn looks_like_a_room(&self) -> bool {
         let directions = sphere(32);
-        for cell in self.lattice(|_| true) {
-            for direction in &directions {
-                asked += 1;
-                if let Ok(distance) = self.voxels.free_path(self.voxels.centre(cell), *direction) {
-                    met += 1;
-                    free += f64::from(distance);
-                }
-            }
-        }
-        let extent = sub(self.framed.1, self.framed.0);
+        // By cell, and added up in their order: the same sum for every number of threads.
+        let seen: Vec<(usize, f64)> = self
+            .lattice(|_| true)
+            .into_par_iter()
+            .map(|cell| {
+                let centre = self.voxels.centre(cell);
+                let met = directions.iter().filter_map(|d| self.voxels.free_path(centre, *d).ok());
+                met.fold((0, 0.0), |(n, sum), distance| (n + 1, sum + f64::from(distance)))
+            })
+            .collect();
+        let met: usize = seen.iter().map(|s| s.0).sum();
+        let free: f64 = seen.iter().map(|s| s.1).sum();
+        let extent = sub(self.space.1, self.space.0);
         let side = f64::from(extent[0] + extent[1] + extent[2]) / 3.0;
-        met * 100 >= asked * 85 && met > 0 && free / met as f64 >= 0.15 * side
+        met * 100 >= seen.len() * directions.len() * 75 && met > 0 && free / met as f64 >= 0.08 * side
     }
 
     /// Empty cells, every third on each axis.
@@ -234,20 +250,26 @@ impl Survey {
     /// Eye and target of the view that sees farthest, `None` if there is no room to stand.
     fn longest_view(&self, up: V3) -> Option<(V3, V3)> {
         const AROUND: usize = 16;
+        // Weights of the directions around the viewing one: depth counts more than width.
+        const CONE: [f32; 5] = [0.5, 2.0, 3.0, 2.0, 0.5];
         // What a view out of the scene is worth: an open roof is no wall, but there is nothing to see.
         const OPEN_VIEW: f32 = 0.3;
         let [side, _, front] = axes([0.0; 3], [up[1], up[2], up[0]], up);
-        let (low, high) = (dot(up, self.framed.0), dot(up, self.framed.1));
+        let (low, high) = (dot(up, self.space.0), dot(up, self.space.1));
         let (low, high) = (low.min(high), low.max(high));
-        let level = |p: V3| (0.3..0.6).contains(&((dot(up, p) - low) / (high - low)));
+        let (least, most) = self.core;
+        let level = |p: V3| {
+            (0.15..0.6).contains(&((dot(up, p) - low) / (high - low)))
+                && (0..3).all(|k| up[k] != 0.0 || (least[k]..=most[k]).contains(&p[k]))
+        };
         let direction = |azimuth: usize, tilt: f32| {
             let angle = azimuth as f32 * std::f32::consts::TAU / AROUND as f32;
             let flat = add(scale(side, angle.cos()), scale(front, angle.sin()));
             add(scale(flat, tilt.cos()), scale(up, tilt.sin()))
         };
         let cell = self.voxels.cell;
-        let mut best: Option<(f32, V3, V3)> = None;
-        for eye in self.lattice(level).into_iter().map(|c| self.voxels.centre(c)) {
+        let best_from = |cell_index: [usize; 3]| -> Option<(f32, V3, V3)> {
+            let eye = self.voxels.centre(cell_index);
             let reach = |azimuth, tilt| match self.voxels.free_path(eye, direction(azimuth, tilt)) {
                 Ok(distance) => distance,
                 Err(distance) => OPEN_VIEW * distance,
@@ -255,42 +277,43 @@ impl Survey {
             let rays: Vec<[f32; 3]> = (0..AROUND).map(|a| [-0.25, 0.0, 0.25].map(|t| reach(a, t))).collect();
             // Not with the nose, or the back of the head, at a wall.
             if rays.iter().flatten().any(|d| *d < 1.5 * cell) {
-                continue;
+                return None;
             }
-            for azimuth in 0..AROUND {
-                let cone = (AROUND - 2..=AROUND + 2).flat_map(|d| rays[(azimuth + d) % AROUND]);
-                let score = cone.map(|d| (d / cell).ln()).sum::<f32>();
-                if best.is_none_or(|(most, ..)| score > most) {
-                    let target = add(eye, scale(direction(azimuth, -0.06), 0.6 * rays[azimuth][1]));
-                    best = Some((score, eye, target));
-                }
-            }
-        }
-        best.map(|(_, eye, target)| (eye, target))
+            let score = |azimuth: usize| {
+                let part = |(k, weight): (usize, &f32)| {
+                    let column = rays[(azimuth + AROUND - 2 + k) % AROUND];
+                    weight * column.iter().map(|d| (d / cell).ln()).sum::<f32>()
+                };
+                CONE.iter().enumerate().map(part).sum::<f32>()
+            };
+            let azimuth = (0..AROUND).max_by(|&a, &b| score(a).total_cmp(&score(b)))?;
+            let target = add(eye, scale(direction(azimuth, -0.06), 0.6 * rays[azimuth][1]));
+            Some((score(azimuth), eye, target))
+        };
+        let views: Vec<_> = self.lattice(level).into_par_iter().filter_map(best_from).collect();
+        views.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, eye, target)| (eye, target))
     }
 
-    /// A place for a lamp in the room that the camera looks into, `None` if it does not stand in one.
+    /// A place for a lamp in the room that the camera looks into, `None` if it is none or if there is no place.
     fn under_ceiling(&self, camera: &Camera, up: V3) -> Option<V3> {
         let voxels = &self.voxels;
-        voxels.is_full(camera.eye)?;
-        let directions = sphere(64);
-        let closed = directions.iter().filter(|d| voxels.free_path(camera.eye, **d).is_ok()).count();
-        if closed * 100 < directions.len() * 80 {
-            return None;
-        }
-        voxels.free_path(camera.eye, up).ok()?;
+        let either = |path: Result<f32, f32>| path.unwrap_or_else(|d| d);
         let [right, _, forward] = axes(camera.eye, camera.target, up);
         let level = unit(sub(forward, scale(up, dot(forward, up)))).unwrap_or(forward);
-        let ahead = voxels.free_path(camera.eye, level).unwrap_or_else(|d| d);
-        let place = add(camera.eye, add(scale(level, 0.5 * ahead), scale(right, 0.12 * ahead)));
-        let place = if voxels.is_full(place) == Some(false) {
-            place
+        let inside = (0..3).all(|k| (self.space.0[k]..=self.space.1[k]).contains(&camera.eye[k]));
+        let places = if inside {
+            let ahead = either(voxels.free_path(camera.eye, level));
+            let halfway = add(camera.eye, scale(level, 0.5 * ahead));
+            [add(halfway, scale(right, 0.12 * ahead)), halfway]
         } else {
-            add(camera.eye, scale(level, 0.5 * ahead))
+            [middle(self.space); 2]
         };
-        let above = voxels.free_path(place, up).ok()?;
-        let below = voxels.free_path(place, scale(up, -1.0)).unwrap_or_else(|d| d);
-        let rise = (0.8 * (above + below) - below).min(above - 1.5 * voxels.cell).max(0.0);
+        let is_free = |p: &V3| voxels.is_full(*p) == Some(false);
+        let place = places.into_iter().find(is_free).filter(|_| self.is_room)?;
+        let above = either(voxels.free_path(place, up));
+        let below = either(voxels.free_path(place, scale(up, -1.0)));
+        // Not so near to the ceiling that it sits in a beam.
+        let rise = (0.8 * (above + below) - below).min(above - 1.5 * voxels.cell);
         Some(add(place, scale(up, rise)))
     }
 }

@@ -1,6 +1,8 @@
 //! How bright: measured on a coarse grid of the picture's own pixels, so that files in candela, in arbitrary units or
 //! without any give a picture alike.
 
+use rayon::prelude::*;
+
 use super::surface::{Materials, Surface};
 use super::{Lamp, Options, irradiance};
 use crate::mask::LIT;
@@ -31,9 +33,14 @@ impl Exposure {
     pub(crate) fn measure(materials: &Materials<'_>, lamps: &mut [Lamp<'_>], options: &Options) -> Exposure {
         let (width, height) = (materials.gbuffer.samples.width, materials.gbuffer.samples.height);
         let step = ((width * height) as f64 / PROBES as f64).sqrt().ceil().max(1.0) as usize;
-        let probes: Vec<(usize, Surface)> = (step / 2..height)
+        let pixels: Vec<usize> = (step / 2..height)
             .step_by(step)
             .flat_map(|y| (step / 2..width).step_by(step).map(move |x| y * width + x))
+            .collect();
+        materials.prepare(&pixels);
+        let probes: Vec<(usize, Surface)> = pixels
+            .into_par_iter()
+            .with_min_len(1024)
             .filter_map(|i| Some((i, materials.surface(i).filter(|s| !s.unlit)?)))
             .collect();
 
@@ -46,8 +53,10 @@ impl Exposure {
             lamp.soft2 = (SOFT_SHARE * median).powi(2).max(f32::MIN_POSITIVE);
         }
 
-        let arriving =
-            probes.iter().map(|(i, s)| luminance(irradiance(s, *i, lamps, options.soften_terminator)));
+        let arriving = probes
+            .par_iter()
+            .with_min_len(1024)
+            .map(|(i, s)| luminance(irradiance(s, *i, lamps, options.soften_terminator)));
         let lit = median(arriving.filter(|v| *v > 0.0).collect());
         let albedo =
             median(probes.iter().map(|(_, s)| luminance(s.albedo)).collect()).unwrap_or(MIDDLE_ALBEDO);

@@ -1,5 +1,7 @@
 //! What lies under a pixel: colour, normal and light of its own.
 
+use rayon::prelude::*;
+
 use super::encode::decode_table;
 use super::texture::Pyramid;
 use crate::samples::GBuffer;
@@ -48,6 +50,26 @@ impl<'a> Materials<'a> {
             decode: decode_table(),
             pixel: 2.0 * (camera.fov.to_radians() * 0.5).tan() / gbuffer.samples.height.max(1) as f32,
         }
+    }
+
+    /// Makes the reduced images of the textures that these pixels show, side by side: later they are found ready.
+    pub(crate) fn prepare(&self, pixels: &[usize]) {
+        let soup = &self.scene.soup;
+        let mut shown = vec![false; self.textures.len()];
+        for &i in pixels {
+            let material = soup.material.get(self.gbuffer.samples.triangle[i] as usize);
+            let material = material.and_then(|m| self.scene.materials.get(*m as usize));
+            if let Some(texture) = material.and_then(|m| m.base_color_texture)
+                && let Some(shown) = shown.get_mut(texture as usize)
+            {
+                *shown = true;
+            }
+        }
+        self.textures.par_iter().zip(shown).with_max_len(1).for_each(|(texture, shown)| {
+            if shown {
+                texture.prepare(&self.decode);
+            }
+        });
     }
 
     /// The surface of pixel `i`, `None` for background.

@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::scene::{Texture, Wrap};
+use crate::vec3::mix;
 
 /// A texture with its halved images.
 pub(super) struct Pyramid<'a> {
@@ -24,6 +25,11 @@ struct Half {
 impl<'a> Pyramid<'a> {
     pub(super) fn new(texture: &'a Texture, cutout: bool) -> Pyramid<'a> {
         Pyramid { texture, cutout, halves: OnceLock::new() }
+    }
+
+    /// Makes the reduced images now.
+    pub(super) fn prepare(&self, decode: &[f32; 256]) {
+        self.halves.get_or_init(|| self.build(decode));
     }
 
     /// Texels of the full image.
@@ -55,10 +61,15 @@ impl<'a> Pyramid<'a> {
             let Some(h) = halves.get(level - 1).or(halves.last()) else { return full() };
             self.bilinear(h.width, h.height, uv, |i| h.texels[i].map(|v| f32::from(v) / 65535.0))
         };
-        let (below, part) = (level.floor() as usize, level.fract());
-        let a = if below == 0 { full() } else { half(below) };
+        let below = level as usize;
+        let part = level - below as f32;
+        let at = |level: usize| if level == 0 { full() } else { half(level) };
         // A level that is nearly whole needs no second look-up.
-        if part < 0.05 { a } else { crate::vec3::mix(a, half(below + 1), part) }
+        match part {
+            p if p < 0.1 => at(below),
+            p if p > 0.9 => at(below + 1),
+            p => mix(at(below), at(below + 1), p),
+        }
     }
 
     fn bilinear(&self, width: u32, height: u32, uv: [f32; 2], texel: impl Fn(usize) -> [f32; 4]) -> [f32; 3] {
@@ -85,7 +96,8 @@ impl<'a> Pyramid<'a> {
         let linear = decode.map(|v| (v * 65535.0 + 0.5) as u16);
         let Texture { width, height, pixels, .. } = self.texture;
         let mut halves = Vec::new();
-        if *width > 1 || *height > 1 {
+        let complete = pixels.len() >= *width as usize * *height as usize;
+        if complete && width.min(height) > &0 && width.max(height) > &1 {
             halves.push(self.halve(*width, *height, |i| {
                 let p = pixels[i];
                 [
@@ -134,20 +146,33 @@ impl<'a> Pyramid<'a> {
 /// The two texels around coordinate `u` (0..=1 is the image), and how far it is from the first to the second.
 fn neighbours(u: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
     let unit = match wrap {
-        _ if !u.is_finite() => 0.0,
-        Wrap::Repeat => u - u.floor(),
-        Wrap::Mirror => 1.0 - ((u * 0.5 - (u * 0.5).floor()) * 2.0 - 1.0).abs(),
+        _ if u.is_nan() => 0.0,
+        Wrap::Repeat => fraction(u),
+        Wrap::Mirror => 1.0 - (fraction(u * 0.5) * 2.0 - 1.0).abs(),
         Wrap::Clamp => u.clamp(0.0, 1.0),
     };
-    let x = unit * size as f32 - 0.5;
-    let low = x.floor();
-    let last = i64::from(size) - 1;
-    let border = |i: i64| match wrap {
-        Wrap::Repeat if i < 0 => last,
-        Wrap::Repeat if i > last => 0,
-        _ => i.clamp(0, last),
+    // One more, so that the cast rounds down: it is at least 0.5 now.
+    let x = unit * size as f32 + 0.5;
+    let above = x as u32;
+    let last = size - 1;
+    let (low, high) = match wrap {
+        Wrap::Repeat => {
+            (if above == 0 { last } else { (above - 1).min(last) }, if above > last { 0 } else { above })
+        }
+        _ => (above.saturating_sub(1).min(last), above.min(last)),
     };
-    (border(low as i64) as u32, border(low as i64 + 1) as u32, x - low)
+    (low, high, x - above as f32)
+}
+
+/// `u - u.floor()` without a call into the mathematics library, which baseline x86-64 would make of `floor`. Of numbers
+/// that are too large to have a fraction, 0.
+fn fraction(u: f32) -> f32 {
+    let f = u - (u as i32) as f32;
+    match f < 0.0 {
+        _ if !(-1.0..1.0).contains(&f) => 0.0,
+        true => f + 1.0,
+        false => f,
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The walk of all samples: tiles of 8 x 8 pixels become packets, packets are walked, leaves are tested.
 
-use antumbra_predicates::{Coefficients, Resolver, exact, resolve::Decided};
+use antumbra_predicates::{Coefficients, Resolver, SampleGroup, exact, resolve::Decided};
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
@@ -20,6 +20,7 @@ pub(super) struct Counts {
     walk: WalkCounts,
     packets: u64,
     setups: u64,
+    refinements: u64,
     leaf_tests: u64,
     filter_f32_sure: u64,
     filter_f64: u64,
@@ -32,6 +33,7 @@ impl Counts {
         self.walk.leaves += other.walk.leaves;
         self.packets += other.packets;
         self.setups += other.setups;
+        self.refinements += other.refinements;
         self.leaf_tests += other.leaf_tests;
         self.filter_f32_sure += other.filter_f32_sure;
         self.filter_f64 += other.filter_f64;
@@ -44,6 +46,7 @@ impl Counts {
         stats.counter("node_visits", self.walk.nodes);
         stats.counter("leaf_visits", self.walk.leaves);
         stats.counter("triangle_setups", self.setups);
+        stats.counter("refinements", self.refinements);
         stats.counter("leaf_tests", self.leaf_tests);
         stats.counter("filter_f32_sure", self.filter_f32_sure);
         stats.counter("filter_f64", self.filter_f64);
@@ -100,8 +103,12 @@ fn trace_band<S: Simd>(
         };
         let rows = positions.len().checked_div(width);
         if let Some(rows) = rows {
-            for row in 0..rows {
-                for column in tile * TILE..width.min((tile + 1) * TILE) {
+            // Blocks of 4 x 2 pixels become vectors.
+            for i in 0..TILE * TILE {
+                let (block, within) = (i / 8, i % 8);
+                let row = block / 2 * 2 + within / 4;
+                let column = tile * TILE + block % 2 * 4 + within % 4;
+                if row < rows && column < width {
                     take(row * width + column);
                 }
             }
@@ -149,6 +156,8 @@ struct AnyHit<'a> {
     coefficients: Coefficients,
     /// Points that are not blocked yet.
     alive: u64,
+    /// The boxes of the packet's vectors.
+    parts: [SampleGroup; VECTORS],
     open: [Open; OPEN],
     open_count: usize,
 }
@@ -163,7 +172,12 @@ impl<'a> AnyHit<'a> {
         counts: &'a mut Counts,
     ) -> Self {
         let open = [Open { triangle: 0, vector: 0, lanes: 0 }; OPEN];
+        let mut parts = [cone.group; VECTORS];
+        for (vector, part) in parts.iter_mut().enumerate().take(packet.vectors()) {
+            *part = packet.vector_group(vector);
+        }
         AnyHit {
+            parts,
             packet,
             cone,
             light,
@@ -226,40 +240,55 @@ impl Visitor for AnyHit<'_> {
             return true;
         }
         let mut maybe = verdict.maybe;
-        while maybe != 0 {
-            let lane = maybe.trailing_zeros() as usize;
-            maybe &= maybe - 1;
-            let triangle = leaf.id[lane];
-            if verdict.edge_on >> lane & 1 == 1 {
-                match exact::facing(&self.triangles[triangle as usize], self.light) {
-                    0 => continue,
-                    1 => {}
-                    _ => self.coefficients.flip(lane),
-                }
+        let mut edge_on = verdict.edge_on;
+        while edge_on != 0 {
+            let lane = edge_on.trailing_zeros() as usize;
+            edge_on &= edge_on - 1;
+            match exact::facing(&self.triangles[leaf.id[lane] as usize], self.light) {
+                0 => maybe &= !(1 << lane),
+                1 => {}
+                _ => self.coefficients.flip(lane),
             }
-            for vector in 0..self.packet.vectors().min(VECTORS) {
-                let alive = (self.alive >> (vector * WIDTH)) as u8;
-                if alive == 0 {
-                    continue;
-                }
-                let lanes = self.coefficients.test(s, lane, self.packet.load(s, vector));
+        }
+        if maybe == 0 {
+            return false;
+        }
+        for vector in 0..self.packet.vectors().min(VECTORS) {
+            let base = vector * WIDTH;
+            let mut alive = (self.alive >> base) as u8;
+            if alive == 0 {
+                continue;
+            }
+            let (near, covers) = self.coefficients.refine(s, &self.parts[vector]);
+            self.counts.refinements += 1;
+            let mut left = near & maybe;
+            if covers & left != 0 {
+                self.alive &= !(0xff << base);
+                continue;
+            }
+            if left == 0 {
+                continue;
+            }
+            let points = self.packet.load(s, vector);
+            while left != 0 && alive != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let lanes = self.coefficients.test(s, lane, points);
                 self.counts.leaf_tests += 1;
-                let blocked = lanes.blocked & alive;
                 let unsure = lanes.unsure & alive;
-                self.alive &= !(u64::from(blocked) << (vector * WIDTH));
                 self.counts.filter_f32_sure += u64::from((alive & !unsure).count_ones());
+                alive &= !lanes.blocked;
                 if unsure != 0 {
                     if self.open_count == OPEN {
                         self.resolve();
                     }
-                    self.open[self.open_count] = Open { triangle, vector: vector as u8, lanes: unsure };
+                    self.open[self.open_count] =
+                        Open { triangle: leaf.id[lane], vector: vector as u8, lanes: unsure };
                     self.open_count += 1;
                 }
             }
-            if self.alive == 0 {
-                return true;
-            }
+            self.alive &= !(0xff << base) | u64::from(alive) << base;
         }
-        false
+        self.alive == 0
     }
 }

@@ -1,0 +1,250 @@
+//! `cssv` and `zpass`: shadow volumes that are closed for any soup, counted along eye rays, without a stencil buffer.
+//!
+//! Sources: Kobrtek, Milet, Tóth, Herout 2021 ("Comparison of Modern Omnidirectional Precise Shadowing Techniques Versus
+//! Ray Tracing"), section 3.1; Kim, Kim, Turk 2008 (multiplicities of non-manifold casters); Milet, Tóth, Pečiva, Starka,
+//! Kobrtek, Zemčík 2014 (one orientation per triangle). Counting after Crow 1977 and, from behind, Bilodeau and Songy
+//! 1999; Carmack 2000.
+//!
+//! Every triangle that is not edge-on owns a volume: what it hides from the light. Sides of neighbouring volumes cancel, an edge
+//! keeps the signed rest as its *multiplicity*. A sample is shadowed iff some volume contains it, and the number of
+//! volumes is counted along the line through an eye E and the sample P: `zpass` starts with those that contain E and
+//! counts faces between E and P; `cssv` (z-fail) counts faces beyond P, of which triangles at infinity are one kind.
+//!
+//! What we changed. *Exact*: the definition's sample, moved off the planes it touches, is the one point
+//! `P' = (1 - δ) P + (ε, ε², ε³)`, light at the origin, `1 >> δ >> ε > 0`: scaling towards the light leaves the side tests
+//! alone and puts a touching sample on the light's side. All functionals are linear in P, so a zero is broken by the first
+//! non-zero of its derivatives by δ, ε, ε², ε³:
+//!
+//! ```text
+//! det[A, B, P']            (1 - δ) det[A, B, P] + ...: if 0, the first non-zero of A × B   (as in the definition)
+//! det[A, E, P']            likewise A × E
+//! det[A-E, B-E, P'-E]      if 0: -δ det[A, B, E], as there det[B-A, E-A, P] = det[A, B, E]; then (A-E) × (B-E)
+//! (B-A) × (C-A) · (P'-A)   if 0: -δ det[A, B, C]
+//! det[A, B, P'-E]          if 0: -δ det[A, B, P] = -δ det[A, B, E]; then A × B
+//! ```
+//!
+//! E is chosen off all planes of light and silhouette edge, and off all planes of triangles (`reference.rs`): then the second column
+//! never runs out, no line E P' meets the border of a face, and the signed sum over the faces crossed *is* the number of
+//! volumes, whatever the rounding of the camera. That E need not be the eye changes cost only.
+//! *Hierarchical*: faces are not rasterised one by one but walk down a tree of samples (`traverse.rs`); a face that all samples
+//! of a node cross is one addition. Counts are exact, so nothing wraps at 256.
+//! Front caps are not pushed to infinity: samples need not be what the eye sees first.
+//!
+//! Cost: adjacency O(T) by radix sort and silhouette O(T + E) every frame; counting O(faces × log N + their outlines in pixels).
+
+mod adjacency;
+mod direction;
+mod face;
+mod reference;
+mod silhouette;
+mod tiles;
+mod traverse;
+mod tuning;
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use antumbra_predicates::resolve;
+use rayon::prelude::*;
+
+use self::adjacency::{Adjacency, MAX_TRIANGLES};
+use self::face::{Face, Faces};
+use self::reference::Reference;
+use self::silhouette::Casters;
+use self::tiles::Tree;
+use self::traverse::{Counts, Lists, Trace, Walk};
+use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use crate::Isa;
+use crate::mask::{LIT, NONE, SHADOWED};
+use crate::scene::{InputError, Triangle};
+
+/// Shadow volumes with silhouettes extracted anew every frame; counted beyond the samples (`cssv`) or before (`zpass`).
+#[derive(Debug, Default)]
+pub struct Cssv {
+    isa: Isa,
+    pass: bool,
+    adjacency: Adjacency,
+    casters: Casters,
+    faces: Vec<Face>,
+    tree: Tree,
+    lists: Lists,
+    shadowed: Vec<AtomicU64>,
+}
+
+impl Cssv {
+    /// Counts beyond the samples: z-fail.
+    pub fn new(options: &Options) -> Cssv {
+        Cssv { isa: options.isa, ..Cssv::default() }
+    }
+
+    /// Counts between eye and samples: z-pass.
+    pub fn z_pass(options: &Options) -> Cssv {
+        Cssv { isa: options.isa, pass: true, ..Cssv::default() }
+    }
+
+    fn faces<'a>(&'a self, triangles: &'a [Triangle], reference: Reference) -> Faces<'a> {
+        let Casters { light, facing, edges } = &self.casters;
+        Faces { pass: self.pass, reference, light: *light, triangles, facing, edges }
+    }
+
+    /// Makes the faces for a reference point; returns the number to start counting with.
+    fn build_faces(&mut self, triangles: &[Triangle], reference: Reference) -> i64 {
+        let mut faces = std::mem::take(&mut self.faces);
+        let make = self.faces(triangles, reference);
+        let (facing, light) = (make.facing, make.light);
+        let volumes = (0..facing.len()).into_par_iter().filter(|&t| facing[t] != 0);
+        faces.clear();
+        faces.par_extend((0..make.edges.len()).into_par_iter().map(|e| make.side(e as u32)));
+        faces.par_extend(volumes.clone().map(|t| make.cap(t as u32)));
+        let start = if self.pass {
+            let contain = |t: &usize| resolve::blocks(&triangles[*t], light, reference.point);
+            volumes.filter(contain).count() as i64
+        } else {
+            // At infinity beyond all far caps there is no volume.
+            faces.par_extend(volumes.map(|t| make.far_cap(t as u32)));
+            0
+        };
+        self.faces = faces;
+        start
+    }
+
+    /// All stages up to the shadow bits; `None` if there is no reference point. `trace` is filled if it is there.
+    fn run(
+        &mut self,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+        stats: &mut StatsBuilder,
+        trace: Option<&mut Trace>,
+    ) -> Option<Counts> {
+        self.adjacency.build(triangles);
+        stats.stage("build_adjacency");
+        self.casters.face(triangles, light);
+        self.casters.extract(&self.adjacency);
+        stats.stage("extract_silhouette");
+        let reference = reference::choose(samples.view, samples.positions, triangles, &self.casters);
+        stats.stage("choose_reference");
+        let reference = reference?;
+        let start = self.build_faces(triangles, reference);
+        stats.stage("build_faces");
+        self.tree.build(samples, &reference);
+        self.shadowed.resize_with(self.tree.packets(), AtomicU64::default);
+        stats.stage("arrange_samples");
+        let trace = trace.map(|trace| {
+            *trace = Trace::new(self.tree.packets());
+            &*trace
+        });
+        let walk = Walk {
+            level: self.isa.level().unwrap_or_else(fearless_simd::Level::new),
+            tree: &self.tree,
+            positions: samples.positions,
+            faces: &self.faces,
+            decide: self.faces(triangles, reference),
+            lists: &self.lists,
+            shadowed: &self.shadowed,
+            trace,
+        };
+        let counts = walk.run(start);
+        stats.stage("count");
+        stats.counter("eye_volumes", start as u64);
+        stats.counter("reference_tries", u64::from(reference.tries));
+        Some(counts)
+    }
+
+    /// Names of the pictures that [`Cssv::debug_view`] can make.
+    pub fn debug_views(&self) -> &'static [&'static str] {
+        &["faces", "volumes"]
+    }
+
+    /// One number a sample: `faces` that had to be tested against it one by one, or shadow `volumes` that contain it.
+    /// `None` for another name, for input that [`Method::shadow`] refuses, or where no eye ray was counted.
+    pub fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Option<Vec<f32>> {
+        let positions = samples.positions;
+        let mask = vec![0; positions.len()];
+        if !self.debug_views().contains(&view) || check_input(triangles, samples, light, &mask).is_err() {
+            return None;
+        }
+        let mut stats = StatsBuilder::start(self.name(), self.isa.resolved().name());
+        let mut trace = Trace::default();
+        self.run(triangles, samples, light, &mut stats, Some(&mut trace))?;
+        let mut out = vec![0.0; positions.len()];
+        self.tree.scatter(&mut out, |out, packet, slot| {
+            let value = match view {
+                "faces" => &trace.list_len[packet],
+                _ => &trace.volumes[packet * tuning::PACKET + slot],
+            };
+            *out = value.load(Relaxed) as f32;
+        });
+        Some(out)
+    }
+
+    fn write_mask(&self, positions: &[[f32; 3]], mask: &mut [u8]) {
+        self.tree.scatter(mask, |m, packet, slot| {
+            *m = if self.shadowed[packet].load(Relaxed) >> slot & 1 == 1 { SHADOWED } else { LIT };
+        });
+        mask.par_iter_mut().zip(positions).for_each(|(m, p)| {
+            if p.iter().any(|v| v.is_nan()) {
+                *m = NONE;
+            }
+        });
+    }
+}
+
+/// The definition, for all samples and triangles: for the day that no generic reference point is found.
+fn test_all(triangles: &[Triangle], positions: &[[f32; 3]], light: [f32; 3], mask: &mut [u8]) {
+    mask.par_iter_mut().zip(positions).for_each(|(m, p)| {
+        *m = if p.iter().any(|v| v.is_nan()) {
+            NONE
+        } else if triangles.iter().any(|t| resolve::blocks(t, light, *p)) {
+            SHADOWED
+        } else {
+            LIT
+        };
+    });
+}
+
+impl Method for Cssv {
+    fn name(&self) -> &'static str {
+        if self.pass { "zpass" } else { "cssv" }
+    }
+
+    fn shadow(
+        &mut self,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+        mask: &mut [u8],
+    ) -> Result<Stats, InputError> {
+        let mut stats = StatsBuilder::start(self.name(), self.isa.resolved().name());
+        check_input(triangles, samples, light, mask)?;
+        if triangles.len() > MAX_TRIANGLES {
+            let (got, limit) = (triangles.len(), MAX_TRIANGLES);
+            return Err(InputError::TooMany { what: "triangles", got, limit });
+        }
+        stats.stage("check_input");
+        let mut fallback = 0;
+        if let Some(counts) = self.run(triangles, samples, light, &mut stats, None) {
+            self.write_mask(samples.positions, mask);
+            stats.stage("write_mask");
+            counts.report(&mut stats);
+        } else {
+            test_all(triangles, samples.positions, light, mask);
+            fallback = mask.iter().filter(|&&m| m != NONE).count() as u64;
+            stats.stage("test_all");
+        }
+        stats.counter("fallback_samples", fallback);
+        stats.counter("edges_tested", self.adjacency.edge_count() as u64);
+        stats.counter("silhouette_edges", self.casters.edges.len() as u64);
+        stats.counter("faces", self.faces.len() as u64);
+        stats.bytes("adjacency", self.adjacency.bytes());
+        stats.bytes("faces", self.faces.len() * size_of::<Face>());
+        stats.bytes("tree", self.tree.bytes());
+        stats.bytes("lists", self.lists.bytes());
+        Ok(stats.finish(triangles.len(), mask))
+    }
+}

@@ -1,0 +1,82 @@
+//! Pictures of the work: one number a sample.
+
+use rayon::prelude::*;
+
+use super::Dpsv;
+use super::build::Tree;
+use super::node::{CAP, NONE, Sample};
+use super::query::Counts;
+use super::stackless::{in_wedge, inside};
+use crate::methods::{Samples, check_input};
+use crate::scene::{InputError, Triangle};
+
+/// Names and what they show.
+const VIEWS: &[(&str, &str)] = &[
+    ("visits", "triangles of the tree that the sample visits until it is in shadow or done"),
+    ("depth", "depth in the tree of the triangle that blocks the sample; 0 if none does"),
+    ("exact", "signs that the sample takes to exact arithmetic"),
+];
+
+impl Dpsv {
+    /// The pictures that [`Dpsv::debug_view`] can make: names and what they show.
+    pub fn debug_views(&self) -> &'static [(&'static str, &'static str)] {
+        VIEWS
+    }
+
+    /// One number a sample (NaN where there is no sample): a rerun of the frame, each sample alone with a stack of its own. `None`
+    /// if there is no such view.
+    ///
+    /// # Errors
+    /// As [`crate::methods::Method::shadow`].
+    pub fn debug_view(
+        &mut self,
+        name: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        let Some(view) = VIEWS.iter().position(|v| v.0 == name) else { return Ok(None) };
+        check_input(triangles, samples, light, &vec![0; samples.positions.len()])?;
+        self.tree.build(triangles, light, self.max_depth);
+        let tree = &self.tree;
+        let look = |p: &[f32; 3]| {
+            if p.iter().any(|v| v.is_nan()) {
+                return f32::NAN;
+            }
+            let (visits, depth, exact) = walk(tree, &Sample::new(*p, light), triangles, light);
+            [visits, depth, exact][view] as f32
+        };
+        Ok(Some(samples.positions.par_iter().map(look).collect()))
+    }
+}
+
+/// Visits, depth of the blocker, exact signs of one sample.
+fn walk(tree: &Tree, sample: &Sample, triangles: &[Triangle], light: [f32; 3]) -> (u64, u64, u64) {
+    let mut counts = Counts::default();
+    let mut stack: Vec<(u32, u64)> = tree.root().map(|root| (root, 1)).into_iter().collect();
+    while let Some((at, depth)) = stack.pop() {
+        let node = &tree.nodes[at as usize];
+        counts.nodes += 1;
+        if sample.length < node.nearest() {
+            continue;
+        }
+        for k in 0..4 {
+            let (inside, value) = inside(node, k, sample, triangles, light, &mut counts);
+            if k == CAP && inside {
+                return (counts.nodes, depth, counts.exact);
+            }
+            let crossing = node.crossing(k);
+            if crossing != NONE && (k == CAP || in_wedge(node, k, value, sample)) {
+                stack.push((crossing, depth + 1));
+            }
+            if !inside {
+                let child = node.outside(k);
+                if child != NONE {
+                    stack.push((child, depth + 1));
+                }
+                break;
+            }
+        }
+    }
+    (counts.nodes, 0, counts.exact)
+}
