@@ -93,9 +93,11 @@ extern crate std;
 
 pub mod exact;
 pub mod filter;
+pub mod plane;
 pub mod resolve;
 mod shares;
 pub mod single;
+pub mod tile;
 
 pub use filter::{BlockVerdict, Coefficients, Lanes, SampleGroup, TriangleBlock};
 pub use resolve::{Decided, Resolver};

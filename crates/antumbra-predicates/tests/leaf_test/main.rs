@@ -13,3 +13,4 @@ mod fixtures;
 mod oracle;
 mod resolve;
 mod shares;
+mod tile;

@@ -1,8 +1,8 @@
 //! The list of methods: what `antumbra methods` prints, and how a name becomes a method.
 
 use super::{
-    Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, Method, Ofts, Oracle, Ptsv, RayCast, RayHierarchy,
-    RayHierarchyOptions,
+    Cptsv, Cssv, CubeMap, Dpsv, DpsvQuery, DualParaboloid, LightTiles, Method, Ofts, Oracle, Ptsv, RayCast,
+    RayHierarchy, RayHierarchyOptions,
 };
 use crate::Isa;
 
@@ -40,6 +40,14 @@ pub const CATALOGUE: &[MethodInfo] = &[
         exact: true,
         idea: "walks packets of rays from the light through a bounding volume hierarchy that is built every frame",
         cost: "build O(T), trace O(N log T) expected",
+    },
+    MethodInfo {
+        name: "light-tiles",
+        aliases: &[],
+        source: "ours; after irregular z-buffers (Johnson et al. 2005) and tiled rasterisation",
+        exact: true,
+        idea: "gathers samples in tiles around the light, streams the triangles through the tiles, nothing sorted or kept",
+        cost: "samples O(N), triangles O(T + touched tiles), then leaves times the triangles near them",
     },
     MethodInfo {
         name: "ofts",
@@ -234,6 +242,7 @@ pub fn create(name: &str, options: &Options) -> Result<Box<dyn Method>, UnknownM
     let method: Box<dyn Method> = match info(name)?.name {
         "oracle" => Box::new(Oracle),
         "ray-cast" => Box::new(RayCast::new(options)),
+        "light-tiles" => Box::new(LightTiles::new(options)),
         "ofts" => Box::new(Ofts::new(options)),
         "cube-map" => Box::new(CubeMap::new(options)),
         "dual-paraboloid" => Box::new(DualParaboloid::new(options)),

@@ -5,6 +5,7 @@ mod cptsv;
 mod cssv;
 mod dpsv;
 pub(crate) mod leaf;
+mod light_tiles;
 mod ofts;
 mod oracle;
 pub(crate) mod ptsv;
@@ -17,6 +18,7 @@ pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info}
 pub use cptsv::{Cptsv, DenseLayout};
 pub use cssv::Cssv;
 pub use dpsv::{Dpsv, Query as DpsvQuery};
+pub use light_tiles::LightTiles;
 pub use ofts::Ofts;
 pub use oracle::Oracle;
 pub use ptsv::{Ptsv, Tuning as PtsvTuning};
@@ -95,4 +97,9 @@ pub(crate) fn check_input(
         return Err(InputError::NotFinite { what: "sample", index });
     }
     Ok(())
+}
+
+/// The level to dispatch a kernel on.
+pub(crate) fn simd_level(isa: crate::Isa) -> fearless_simd::Level {
+    isa.level().unwrap_or_else(fearless_simd::Level::new)
 }

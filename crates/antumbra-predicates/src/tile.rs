@@ -1,0 +1,420 @@
+//! First stage for tiles of samples: eight triangles are prepared once for all samples of a tile.
+//!
+//! A *tile* is a set of samples that the light sees close together. Everything is in the frame of one cube face around the
+//! light: coordinates `(u, v, w)` of a point are its world coordinates with the axes permuted and perhaps `w` negated
+//! (exact), `w` pointing away from the light. Of a sample, `x = P.u / P.w`, `y = P.v / P.w` and `r = 1 / P.w` (with
+//! `P = p - l`) are its *direction* and *nearness*. In these coordinates all four tests of a triangle are linear,
+//!
+//! ```text
+//! sides: m · (x, y, 1)        plane: n · (x, y, 1) - det[A, B, C] r
+//! ```
+//!
+//! so that a box of directions and nearnesses is culled, or found to be covered, by interval arithmetic
+//! ([`TileBlock::cull`]), whatever triangles lie beside or behind the light. Samples are then tested with the sums of
+//! [`crate::filter`], relative to the first corner ([`TileBlock::lanes`]). Each test is divided by its own bound for the
+//! tile, so that one comparison decides all four: above 1 certain, below -1 certainly not. `bounds.md` derives the bounds.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+
+use crate::filter::{KAPPA, LIMIT, TINY};
+
+/// A bound of directions is widened by this, relative to 1 and to itself: `bounds.md` needs 9 u.
+pub const WIDEN: f32 = 16.0 * 0.5 * f32::EPSILON;
+/// Samples and corners nearer than this to the light's plane, along `w`, have no direction.
+pub const NEAREST: f32 = 1.0 / LIMIT;
+/// Added to the distance of a sample from a corner, so that no bound vanishes where a tile is a single point.
+const FLOOR: f32 = 1.0 / (1u64 << 60) as f32;
+
+/// In units of a test's bound: covers underflow of coefficients (each at most 2^-150, times |q| up to 2^41).
+const LEAST: f32 = 1.0 / (1u128 << 100) as f32;
+
+/// Bounds of directions and nearness of samples, as computed in f32: `r = 1 / w`, `x = u r`, `y = v r`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    /// Least `x`, `y`, `r`.
+    pub lo: [f32; 3],
+    /// Largest `x`, `y`, `r`.
+    pub hi: [f32; 3],
+}
+
+impl Region {
+    /// Holds nothing.
+    pub const EMPTY: Region = Region { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+
+    /// Holds what either holds.
+    #[inline(always)]
+    pub fn union(&self, other: &Region) -> Region {
+        Region {
+            lo: [0, 1, 2].map(|k| if other.lo[k] < self.lo[k] { other.lo[k] } else { self.lo[k] }),
+            hi: [0, 1, 2].map(|k| if other.hi[k] > self.hi[k] { other.hi[k] } else { self.hi[k] }),
+        }
+    }
+
+    /// Middle and half size of the directions: the half is rounded up.
+    #[inline(always)]
+    fn middle(&self) -> [[f32; 2]; 2] {
+        let side = |k: usize| {
+            let c = 0.5 * (self.lo[k] + self.hi[k]);
+            let h = if self.hi[k] - c > c - self.lo[k] { self.hi[k] - c } else { c - self.lo[k] };
+            [c, h + h * f32::EPSILON]
+        };
+        [side(0), side(1)]
+    }
+
+    /// A box, relative to the light, that holds every sample of the region: middle and half size in the face's frame.
+    fn points(&self) -> [[f32; 3]; 2] {
+        // w from 1/r, then u and v as products of intervals; widened for the rounding of samples and of these lines.
+        let w = [1.0 / self.hi[2], 1.0 / self.lo[2]];
+        let product = |k: usize| {
+            let all = [self.lo[k] * w[0], self.lo[k] * w[1], self.hi[k] * w[0], self.hi[k] * w[1]];
+            [all.into_iter().fold(f32::INFINITY, f32::min), all.into_iter().fold(f32::NEG_INFINITY, f32::max)]
+        };
+        let bounds = [product(0), product(1), w];
+        let center = bounds.map(|[lo, hi]| 0.5 * lo + 0.5 * hi);
+        let half = [0, 1, 2].map(|k| {
+            let h = (bounds[k][1] - center[k]).max(center[k] - bounds[k][0]);
+            h + 2.0 * WIDEN * (h + center[k].abs())
+        });
+        [center, half]
+    }
+}
+
+/// Eight triangles, prepared for the samples of one tile.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct TileBlock {
+    /// Bounds of the triangle as seen from the light: least x, largest x, least y, largest y, largest r.
+    bounds: [[f32; 8]; 5],
+    /// First corner, world coordinates in the face's frame.
+    a: [[f32; 8]; 3],
+    /// Normals of the tests ab, bc, ca, plane, oriented and each divided by its bound.
+    m: [[[f32; 8]; 3]; 4],
+    /// `det[A, B, C]` in units of test bc, and of the plane test.
+    det: [[f32; 8]; 2],
+    /// How far a test may be off when it is evaluated over a region.
+    margin: [[f32; 8]; 4],
+    /// Sums of absolute products of the plane's normal, times [`KAPPA`], in units of the plane test.
+    plane_mag: [[f32; 8]; 3],
+}
+
+/// What a block of triangles does to a tile; bits are lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TileVerdict {
+    /// May block some sample.
+    pub maybe: u8,
+    /// Blocks every sample, for certain.
+    pub covers: u8,
+    /// Of `maybe`: facing open. Ask [`crate::exact::facing`], **in the frame's coordinates**; drop those with 0 and
+    /// [`TileBlock::flip`] those with -1.
+    pub edge_on: u8,
+}
+
+/// What one triangle does to eight samples; bits are lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TileLanes {
+    /// Blocked for certain.
+    pub blocked: u8,
+    /// Inside all three sides for certain, plane test open.
+    pub plane: u8,
+    /// Some side open, none certainly wrong.
+    pub sides: u8,
+}
+
+type V3<S> = [f32x8<S>; 3];
+
+#[inline(always)]
+fn load3<S: Simd>(s: S, v: &[[f32; 8]; 3]) -> V3<S> {
+    [f32x8::load_array_ref(s, &v[0]), f32x8::load_array_ref(s, &v[1]), f32x8::load_array_ref(s, &v[2])]
+}
+
+#[inline(always)]
+fn splat3<S: Simd>(s: S, v: [f32; 3]) -> V3<S> {
+    [f32x8::splat(s, v[0]), f32x8::splat(s, v[1]), f32x8::splat(s, v[2])]
+}
+
+#[inline(always)]
+fn store3<S: Simd>(v: V3<S>, out: &mut [[f32; 8]; 3]) {
+    v[0].store_array(&mut out[0]);
+    v[1].store_array(&mut out[1]);
+    v[2].store_array(&mut out[2]);
+}
+
+#[inline(always)]
+fn sub<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn abs<S: Simd>(a: V3<S>) -> V3<S> {
+    [a[0].abs(), a[1].abs(), a[2].abs()]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> f32x8<S> {
+    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
+}
+
+#[inline(always)]
+fn scale<S: Simd>(a: V3<S>, by: f32x8<S>) -> V3<S> {
+    [a[0] * by, a[1] * by, a[2] * by]
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+}
+
+/// The cross product of absolute values with all signs positive, plus [`TINY`].
+#[inline(always)]
+fn cross_abs<S: Simd>(a: V3<S>, b: V3<S>, tiny: f32x8<S>) -> V3<S> {
+    [
+        a[1].mul_add(b[2], a[2].mul_add(b[1], tiny)),
+        a[2].mul_add(b[0], a[0].mul_add(b[2], tiny)),
+        a[0].mul_add(b[1], a[1].mul_add(b[0], tiny)),
+    ]
+}
+
+#[inline(always)]
+fn max3<S: Simd>(a: V3<S>) -> f32x8<S> {
+    a[0].max(a[1]).max(a[2])
+}
+
+#[inline(always)]
+fn bits<S: Simd, M: SimdMask<S>>(mask: M) -> u8 {
+    mask.to_bitmask() as u8
+}
+
+/// A tile, as [`TileBlock::prepare`] needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    light: [f32; 3],
+    region: Region,
+    center: [f32; 3],
+    half: [f32; 3],
+}
+
+impl Tile {
+    /// The samples of a region around a light (in the face's frame).
+    pub fn new(light: [f32; 3], region: Region) -> Tile {
+        let [center, half] = region.points();
+        Tile { light, region, center, half }
+    }
+}
+
+impl TileBlock {
+    /// All zero: to be filled by [`TileBlock::prepare`].
+    pub const ZERO: TileBlock = TileBlock {
+        bounds: [[0.0; 8]; 5],
+        a: [[0.0; 8]; 3],
+        m: [[[0.0; 8]; 3]; 4],
+        det: [[0.0; 8]; 2],
+        margin: [[0.0; 8]; 4],
+        plane_mag: [[0.0; 8]; 3],
+    };
+
+    /// Prepares eight triangles, `raw[corner][axis]` in the face's frame; `live` says which lanes hold triangles. A
+    /// triangle that is not in `maybe` blocks no sample of the tile.
+    #[inline(always)]
+    pub fn prepare<S: Simd>(&mut self, s: S, raw: [[f32x8<S>; 3]; 3], live: u8, tile: &Tile) -> TileVerdict {
+        let l = splat3(s, tile.light);
+        let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
+        // First by bounds alone: what goes no further costs no more.
+        let [x_lo, x_hi, y_lo, y_hi, r_hi] = seen_bounds(s, &rel);
+        let t = &tile.region;
+        let near = x_lo.simd_le(t.hi[0])
+            & x_hi.simd_ge(t.lo[0])
+            & y_lo.simd_le(t.hi[1])
+            & y_hi.simd_ge(t.lo[1])
+            & r_hi.simd_ge(t.lo[2]);
+        let live = live & bits(near);
+        if live == 0 {
+            return TileVerdict::default();
+        }
+        let tiny = f32x8::splat(s, TINY);
+        let kappa = f32x8::splat(s, KAPPA);
+        let one = f32x8::splat(s, 1.0);
+        let zero = f32x8::splat(s, 0.0);
+        let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];
+        let rel_abs = [abs(rel[0]), abs(rel[1]), abs(rel[2])];
+        let edge_abs = [abs(edge[0]), abs(edge[1]), abs(edge[2])];
+        // |p - a| <= |center - A| + half, and a floor.
+        let away = abs(sub(splat3(s, tile.center), rel[0]));
+        let half = splat3(s, [tile.half[0] + FLOOR, tile.half[1] + FLOOR, tile.half[2] + FLOOR]);
+        let q_max = [away[0] + half[0], away[1] + half[1], away[2] + half[2]];
+
+        // N = (B - A) × (C - A) = (A - C) × (B - A); det[A, B, C] = N · A.
+        let n = cross(edge[2], edge[0]);
+        let n_mag = cross_abs(edge_abs[2], edge_abs[0], tiny);
+        let det = dot(n, rel[0]);
+        let det_bound = kappa.mul_add(dot(n_mag, rel_abs[0]), tiny);
+        let largest = max3(rel_abs[0]).max(max3(rel_abs[1])).max(max3(rel_abs[2])).max(max3(q_max));
+        let tame = largest.simd_le(LIMIT);
+        let faces = bits(det.abs().simd_gt(det_bound) & tame);
+        // Lanes whose facing is open keep the orientation of the corners: the caller finds the facing and flips.
+        let sign = det.simd_lt(-det_bound).select(-one, one);
+
+        let m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
+        let mag = [
+            cross_abs(rel_abs[0], edge_abs[0], tiny),
+            cross_abs(rel_abs[1], edge_abs[1], tiny),
+            cross_abs(rel_abs[2], edge_abs[2], tiny),
+            n_mag,
+        ];
+        // Of `det r` over the region, for the plane.
+        let det_reach = det_bound * (2.0 * t.hi[2]);
+        let (mut out, mut least) = (zero, f32x8::splat(s, f32::INFINITY));
+        let [[xc, xh], [yc, yh]] = t.middle();
+        for k in 0..4 {
+            let more = if k == 1 { det_bound } else { tiny };
+            let bound = kappa.mul_add(dot(mag[k], q_max), more);
+            // Nothing is certain in a lane that is not tame: all its values are zero.
+            let inverse = tame.select(one / bound, zero);
+            let by = sign * inverse;
+            let scaled = scale(m[k], by);
+            let scaled =
+                [tame.select(scaled[0], zero), tame.select(scaled[1], zero), tame.select(scaled[2], zero)];
+            let margin = tame.select((kappa + kappa) * (mag[k][0] + mag[k][1] + mag[k][2]) * inverse, zero);
+            let value = scaled[1].mul_add(yc, scaled[0].mul_add(xc, scaled[2]));
+            let reach = scaled[1].abs().mul_add(yh, scaled[0].abs().mul_add(xh, margin));
+            if k == 1 {
+                tame.select(det * by, zero).store_array(&mut self.det[0]);
+            }
+            if k == 3 {
+                let det = tame.select(det * by, zero);
+                det.store_array(&mut self.det[1]);
+                let more = tame.select(det_reach * inverse, zero);
+                (margin + more).store_array(&mut self.margin[3]);
+                out = out.min((value - det * t.lo[2]) + (reach + more));
+                least = least.min((value - det * t.hi[2]) - (reach + more));
+                store3(scale(mag[3], kappa * inverse), &mut self.plane_mag);
+            } else {
+                margin.store_array(&mut self.margin[k]);
+                out = out.min(value + reach);
+                least = least.min(value - reach);
+            }
+            store3(scaled, &mut self.m[k]);
+        }
+        let open = live & !faces;
+        store3(raw[0], &mut self.a);
+        let infinity = f32x8::splat(s, f32::INFINITY);
+        tame.select(x_lo, -infinity).store_array(&mut self.bounds[0]);
+        tame.select(x_hi, infinity).store_array(&mut self.bounds[1]);
+        tame.select(y_lo, -infinity).store_array(&mut self.bounds[2]);
+        tame.select(y_hi, infinity).store_array(&mut self.bounds[3]);
+        tame.select(r_hi, infinity).store_array(&mut self.bounds[4]);
+        let maybe = (live & !bits(out.simd_lt(0.0))) | open;
+        TileVerdict { maybe, covers: maybe & !open & bits(least.simd_gt(0.0)), edge_on: open }
+    }
+
+    /// Turns triangle `lane` to the other facing.
+    pub fn flip(&mut self, lane: usize) {
+        for m in self.m.iter_mut().flatten().chain(&mut self.det) {
+            m[lane] = -m[lane];
+        }
+    }
+
+    /// Which triangles may block some sample of `region`, and which block all of them, for certain; bits are lanes.
+    ///
+    /// The region must lie within that of the tile; the facing of edge-on triangles must have been settled.
+    #[inline(always)]
+    pub fn cull<S: Simd>(&self, s: S, region: &Region) -> (u8, u8) {
+        let b = &self.bounds;
+        let near = f32x8::load_array_ref(s, &b[0]).simd_le(region.hi[0])
+            & f32x8::load_array_ref(s, &b[1]).simd_ge(region.lo[0])
+            & f32x8::load_array_ref(s, &b[2]).simd_le(region.hi[1])
+            & f32x8::load_array_ref(s, &b[3]).simd_ge(region.lo[1])
+            & f32x8::load_array_ref(s, &b[4]).simd_ge(region.lo[2]);
+        let near = bits(near);
+        if near == 0 {
+            return (0, 0);
+        }
+        let [[xc, xh], [yc, yh]] = region.middle();
+        let zero = f32x8::splat(s, 0.0);
+        let (mut out, mut least) = (zero, f32x8::splat(s, f32::INFINITY));
+        for k in 0..4 {
+            let m = load3(s, &self.m[k]);
+            let margin = f32x8::load_array_ref(s, &self.margin[k]);
+            let value = m[1].mul_add(yc, m[0].mul_add(xc, m[2]));
+            let reach = m[1].abs().mul_add(yh, m[0].abs().mul_add(xh, margin));
+            if k == 3 {
+                let det = f32x8::load_array_ref(s, &self.det[1]);
+                out = out.min((value - det * region.lo[2]) + reach);
+                least = least.min((value - det * region.hi[2]) - reach);
+            } else {
+                out = out.min(value + reach);
+                least = least.min(value - reach);
+            }
+        }
+        let maybe = near & !bits(out.simd_lt(0.0));
+        (maybe, maybe & bits(least.simd_gt(0.0)))
+    }
+
+    /// Tests triangle `lane` against eight samples (world coordinates in the face's frame), of which those in `alive` count.
+    #[inline(always)]
+    pub fn lanes<S: Simd>(&self, s: S, lane: usize, p: V3<S>, alive: u8) -> TileLanes {
+        let q = [p[0] - self.a[0][lane], p[1] - self.a[1][lane], p[2] - self.a[2][lane]];
+        let zero = f32x8::splat(s, 0.0);
+        let ab = linear(q, &self.m[0], lane, zero);
+        let bc = linear(q, &self.m[1], lane, f32x8::splat(s, self.det[0][lane]));
+        let ca = linear(q, &self.m[2], lane, zero);
+        let plane = linear(q, &self.m[3], lane, zero);
+        let sides = ab.min(bc).min(ca);
+        let all = sides.min(plane);
+        let mut blocked = bits(all.simd_gt(1.0)) & alive;
+        let mut open = alive & !blocked & !bits(all.simd_lt(-1.0));
+        if open == 0 {
+            return TileLanes { blocked, plane: 0, sides: 0 };
+        }
+        // The plane test again, with the bound of each sample: most open lanes lie on a small triangle of their own.
+        let inside = bits(sides.simd_gt(1.0));
+        let q_abs = abs(q);
+        let pm = &self.plane_mag;
+        let floor = f32x8::splat(s, LEAST);
+        let bound = q_abs[2]
+            .mul_add(pm[2][lane], q_abs[1].mul_add(pm[1][lane], q_abs[0].mul_add(pm[0][lane], floor)));
+        let beyond = bits(plane.simd_gt(bound));
+        let before = bits(plane.simd_lt(-bound));
+        blocked |= open & inside & beyond;
+        open &= !before & !blocked;
+        TileLanes { blocked, plane: open & inside, sides: open & !inside }
+    }
+}
+
+#[inline(always)]
+fn linear<S: Simd>(q: V3<S>, m: &[[f32; 8]; 3], lane: usize, constant: f32x8<S>) -> f32x8<S> {
+    q[2].mul_add(m[2][lane], q[1].mul_add(m[1][lane], q[0].mul_add(m[0][lane], constant)))
+}
+
+/// Bounds of eight triangles as seen from the light: least x, largest x, least y, largest y, largest r, all widened. Open
+/// where a corner lies beside or behind the light.
+#[inline(always)]
+fn seen_bounds<S: Simd>(s: S, rel: &[V3<S>; 3]) -> [f32x8<S>; 5] {
+    let one = f32x8::splat(s, 1.0);
+    let infinity = f32x8::splat(s, f32::INFINITY);
+    let front = rel[0][2].min(rel[1][2]).min(rel[2][2]).simd_ge(NEAREST);
+    let r = [one / rel[0][2], one / rel[1][2], one / rel[2][2]];
+    let x = [rel[0][0] * r[0], rel[1][0] * r[1], rel[2][0] * r[2]];
+    let y = [rel[0][1] * r[0], rel[1][1] * r[1], rel[2][1] * r[2]];
+    let r_hi = r[0].max(r[1]).max(r[2]);
+    [
+        front.select(widened_least(s, x), -infinity),
+        front.select(widened_most(s, x), infinity),
+        front.select(widened_least(s, y), -infinity),
+        front.select(widened_most(s, y), infinity),
+        front.select(r_hi.mul_add(f32x8::splat(s, WIDEN), r_hi), infinity),
+    ]
+}
+
+#[inline(always)]
+fn widened_least<S: Simd>(s: S, c: V3<S>) -> f32x8<S> {
+    let widen = f32x8::splat(s, WIDEN);
+    let c = c[0].min(c[1]).min(c[2]);
+    c - c.abs().mul_add(widen, widen)
+}
+
+#[inline(always)]
+fn widened_most<S: Simd>(s: S, c: V3<S>) -> f32x8<S> {
+    let widen = f32x8::splat(s, WIDEN);
+    let c = c[0].max(c[1]).max(c[2]);
+    c + c.abs().mul_add(widen, widen)
+}

@@ -1,0 +1,317 @@
+//! The triangle pass: each triangle goes to the lists of the tiles whose samples it may block.
+//!
+//! Most triangles are seen small from the light: bounds of their directions, four cells, one to four tiles. Those that span
+//! more descend the tree of nodes with all four tests; a node that a triangle covers is done for good. Triangles that
+//! cross from one face of the cube to another descend from the roots of all faces.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+
+use antumbra_predicates::Triangle;
+use antumbra_predicates::filter::LIMIT;
+use antumbra_predicates::tile::{NEAREST, WIDEN};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+
+use super::descend::{Caster, Target, descend};
+use super::frame::FACES;
+use super::grid::{Fit, GRID, NODE, NOTHING, Tiles};
+use super::lists::Lists;
+use super::tuning::TRIANGLES;
+
+/// What all workers share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass<'a> {
+    pub(super) triangles: &'a [Triangle],
+    pub(super) light: [f32; 3],
+    pub(super) tiles: &'a Tiles,
+    /// Tiles that one triangle covers.
+    pub(super) covered: &'a [AtomicBool],
+    /// The next triangle that no worker has taken.
+    pub(super) next: &'a AtomicUsize,
+    /// A worker stops when it has this many list entries.
+    pub(super) capacity: usize,
+}
+
+/// What a worker leaves behind.
+#[derive(Debug, Default)]
+pub(super) struct Binned {
+    /// Triangles by tile.
+    pub(super) ids: Lists,
+    /// Triangles that it has taken and not done.
+    pub(super) left: std::ops::Range<usize>,
+    pub(super) counts: Counts,
+    /// A coordinate was not finite.
+    pub(super) broken: bool,
+    stack: Vec<u32>,
+}
+
+/// Work of the pass.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counts {
+    /// Triangles looked at, without those with two equal corners.
+    pub(super) setup_tris: u64,
+    /// Of those: seen by no sample, or behind all samples.
+    pub(super) culled_tris: u64,
+    /// Triangles that descended the tree.
+    pub(super) descents: u64,
+    /// Nodes they visited.
+    pub(super) node_visits: u64,
+    /// Nodes and tiles they covered.
+    pub(super) node_accept: u64,
+}
+
+/// Triangles until none is left, or the lists are full. What was left the last time comes first.
+#[inline(always)]
+pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
+    loop {
+        if out.left.is_empty() {
+            let first = pass.next.fetch_add(TRIANGLES, Relaxed);
+            if first >= pass.triangles.len() {
+                return;
+            }
+            out.left = first..pass.triangles.len().min(first + TRIANGLES);
+        }
+        while !out.left.is_empty() {
+            if out.ids.items() >= pass.capacity {
+                return;
+            }
+            let end = out.left.end.min(out.left.start + 8);
+            eight(s, pass, out.left.start, end - out.left.start, out);
+            out.left.start = end;
+        }
+    }
+}
+
+/// Up to eight triangles.
+#[inline(always)]
+fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) {
+    let mut at = [0; 8];
+    for (i, at) in at.iter_mut().enumerate() {
+        *at = first + i.min(count - 1);
+    }
+    let t = pass.triangles;
+    let [t0, t1, t2, t3, t4, t5, t6, t7] =
+        [&t[at[0]], &t[at[1]], &t[at[2]], &t[at[3]], &t[at[4]], &t[at[5]], &t[at[6]], &t[at[7]]];
+    let zero = f32x8::splat(s, 0.0);
+    let one = f32x8::splat(s, 1.0);
+    let mut raw = [[zero; 3]; 3];
+    // Infinity and NaN times zero are NaN.
+    let mut finite = zero;
+    for c in 0..3 {
+        for k in 0..3 {
+            let v = f32x8::load_array(
+                s,
+                [t0[c][k], t1[c][k], t2[c][k], t3[c][k], t4[c][k], t5[c][k], t6[c][k], t7[c][k]],
+            );
+            finite = v.mul_add(zero, finite);
+            raw[c][k] = v;
+        }
+    }
+    out.broken |= finite.simd_eq(zero).to_bitmask() as u8 != 0xff;
+    let degenerate = same(raw[0], raw[1]) | same(raw[1], raw[2]) | same(raw[2], raw[0]);
+    let mut live = !degenerate & ((1 << count) - 1);
+    out.counts.setup_tris += u64::from(live.count_ones());
+    let mut rel = raw;
+    for v in &mut rel {
+        *v = [v[0] - pass.light[0], v[1] - pass.light[1], v[2] - pass.light[2]];
+    }
+    let [(f0, w0), (f1, w1), (f2, w2)] = [face(s, rel[0]), face(s, rel[1]), face(s, rel[2])];
+    let is_x = f0.simd_lt(2.0);
+    let is_z = f0.simd_ge(4.0);
+    let r = [one / w0, one / w1, one / w2];
+    let (mut x, mut y) = ([zero; 3], [zero; 3]);
+    for c in 0..3 {
+        x[c] = is_x.select(rel[c][1], rel[c][0]) * r[c];
+        y[c] = is_z.select(rel[c][1], rel[c][2]) * r[c];
+    }
+    let widen = 2.0 * WIDEN;
+    let x_lo = x[0].min(x[1]).min(x[2]) - widen;
+    let x_hi = x[0].max(x[1]).max(x[2]) + widen;
+    let y_lo = y[0].min(y[1]).min(y[2]) - widen;
+    let y_hi = y[0].max(y[1]).max(y[2]) + widen;
+    let r_hi = r[0].max(r[1]).max(r[2]) * (1.0 + WIDEN);
+    // Inside one face with room to spare, and no coordinate that rounds badly.
+    let simple = f0.simd_eq(f1)
+        & f0.simd_eq(f2)
+        & x_lo.simd_gt(-1.0)
+        & x_hi.simd_lt(1.0)
+        & y_lo.simd_gt(-1.0)
+        & y_hi.simd_lt(1.0)
+        & w0.min(w1).min(w2).simd_ge(NEAREST)
+        & w0.max(w1).max(w2).simd_le(LIMIT);
+    let simple = simple.to_bitmask() as u32;
+    let face = f0.to_array();
+    // Cells at once where all triangles are in one face, as neighbours mostly are.
+    let common = face[(live & simple).trailing_zeros() as usize & 7];
+    let one_face = live & simple & !(f0.simd_eq(common).to_bitmask() as u32) == 0;
+    let (mut cells, mut bounds) = ([[0; 8]; 4], [[0.0; 8]; 4]);
+    if one_face {
+        let fit = &pass.tiles.grids[common as usize].fit;
+        cells = [fit.cells(s, 0, x_lo), fit.cells(s, 0, x_hi), fit.cells(s, 1, y_lo), fit.cells(s, 1, y_hi)];
+    }
+    if !one_face || pass.tiles.has_crowds() {
+        bounds = [x_lo.to_array(), x_hi.to_array(), y_lo.to_array(), y_hi.to_array()];
+    }
+    let r_hi = r_hi.to_array();
+
+    while live != 0 {
+        let i = live.trailing_zeros() as usize;
+        live &= live - 1;
+        let id = (first + i) as u32;
+        let before = out.ids.items();
+        let accepts = out.counts.node_accept;
+        if simple >> i & 1 == 1 {
+            let face = face[i] as usize;
+            let seen = Seen { x: [bounds[0][i], bounds[1][i]], y: [bounds[2][i], bounds[3][i]], r: r_hi[i] };
+            let grid = &pass.tiles.grids[face];
+            if grid.root != NOTHING {
+                let cells = if one_face {
+                    [cells[0][i], cells[1][i], cells[2][i], cells[3][i]]
+                } else {
+                    seen.cells(&grid.fit)
+                };
+                place(s, pass, id, face, &seen, cells, out);
+            }
+        } else {
+            for face in 0..FACES {
+                let root = pass.tiles.grids[face].root;
+                if root != NOTHING {
+                    out.stack.clear();
+                    out.stack.push(root);
+                    start(s, pass, id, face, out);
+                }
+            }
+        }
+        out.counts.culled_tris += u64::from(out.ids.items() == before && accepts == out.counts.node_accept);
+    }
+}
+
+/// Lanes in which two corners are one point.
+#[inline(always)]
+fn same<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> u32 {
+    (a[0].simd_eq(b[0]) & a[1].simd_eq(b[1]) & a[2].simd_eq(b[2])).to_bitmask() as u32
+}
+
+/// The face a vector points through (0, 2, 4 by axis, one more on the negative side), and its largest coordinate.
+#[inline(always)]
+fn face<S: Simd>(s: S, q: [f32x8<S>; 3]) -> (f32x8<S>, f32x8<S>) {
+    let zero = f32x8::splat(s, 0.0);
+    let a = [q[0].abs(), q[1].abs(), q[2].abs()];
+    let x = a[0].simd_ge(a[1]) & a[0].simd_ge(a[2]);
+    let y = a[1].simd_ge(a[2]);
+    let major = x.select(q[0], y.select(q[1], q[2]));
+    let axis = x.select(zero, y.select(f32x8::splat(s, 2.0), f32x8::splat(s, 4.0)));
+    (axis + major.simd_lt(0.0).select(f32x8::splat(s, 1.0), zero), major.abs())
+}
+
+/// Bounds of a triangle as seen from the light, within one face.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    x: [f32; 2],
+    y: [f32; 2],
+    r: f32,
+}
+
+impl Seen {
+    /// First and last column, first and last row of the cells.
+    #[inline(always)]
+    fn cells(&self, fit: &Fit) -> [u32; 4] {
+        [fit.cell(0, self.x[0]), fit.cell(0, self.x[1]), fit.cell(1, self.y[0]), fit.cell(1, self.y[1])]
+    }
+}
+
+/// A triangle within one face.
+#[inline(always)]
+fn place<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    id: u32,
+    face: usize,
+    seen: &Seen,
+    cells: [u32; 4],
+    out: &mut Binned,
+) {
+    let tiles = pass.tiles;
+    let mut grid = &tiles.grids[face];
+    // Leaves may stick out of their tiles by one cell ([`Tiles::home`]).
+    let last = (1 << grid.levels) - 1;
+    let [mut x0, mut x1, mut y0, mut y1] = [
+        cells[0].saturating_sub(1),
+        (cells[1] + 1).min(last),
+        cells[2].saturating_sub(1),
+        (cells[3] + 1).min(last),
+    ];
+    loop {
+        let (a, d) = (grid.at(x0, y0), grid.at(x1, y1));
+        // Tiles are squares: opposite corners in one tile, all in it.
+        if a == d {
+            if a & GRID != 0 {
+                grid = &tiles.grids[(a & !GRID) as usize];
+                [x0, x1, y0, y1] = seen.cells(&grid.fit);
+                continue;
+            }
+            push(pass, a, id, seen.r, out);
+            return;
+        }
+        let (b, c) = (grid.at(x1, y0), grid.at(x0, y1));
+        // The finest level at which two by two cells hold the triangle.
+        let widest = (x1 - x0).max(y1 - y0);
+        let mut shift = widest.ilog2();
+        if (x1 >> shift) - (x0 >> shift) > 1 || (y1 >> shift) - (y0 >> shift) > 1 {
+            shift += 1;
+        }
+        let level = grid.levels - shift.min(grid.levels);
+        let is_tile = |e: u32, level: u32| e & GRID == 0 && u32::from(tiles.level[e as usize]) <= level;
+        if is_tile(a, level) && is_tile(b, level) && is_tile(c, level) && is_tile(d, level) {
+            push(pass, a, id, seen.r, out);
+            if b != a {
+                push(pass, b, id, seen.r, out);
+            }
+            if c != a && c != b {
+                push(pass, c, id, seen.r, out);
+            }
+            if d != b && d != c {
+                push(pass, d, id, seen.r, out);
+            }
+            return;
+        }
+        // Nodes are at even levels.
+        let level = level & !1;
+        let shift = grid.levels - level;
+        out.stack.clear();
+        for (e, x, y) in [(a, x0, y0), (b, x1, y0), (c, x0, y1), (d, x1, y1)] {
+            let entry = if is_tile(e, level) {
+                e
+            } else if level == grid.levels {
+                tiles.grids[(e & !GRID) as usize].root
+            } else {
+                NODE | grid.node(level, x >> shift, y >> shift)
+            };
+            if !out.stack.contains(&entry) {
+                out.stack.push(entry);
+            }
+        }
+        start(s, pass, id, face, out);
+        return;
+    }
+}
+
+/// Adds a triangle to the list of a tile, unless it lies behind all its samples or the tile is covered.
+#[inline(always)]
+fn push(pass: &Pass<'_>, tile: u32, id: u32, r: f32, out: &mut Binned) {
+    if r >= pass.tiles.region[tile as usize].lo[2] && !pass.covered[tile as usize].load(Relaxed) {
+        out.ids.push(tile, id);
+    }
+}
+
+/// Descends from the entries on the stack.
+#[inline(never)]
+fn start<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, out: &mut Binned) {
+    let caster = Caster::new(&pass.triangles[id as usize], pass.light, face);
+    out.counts.descents += 1;
+    let Binned { ids, stack, counts, .. } = out;
+    let mut target = Target { tiles: pass.tiles, covered: pass.covered, id, ids, counts };
+    s.vectorize(
+        #[inline(always)]
+        || descend(s, &caster, stack, &mut target),
+    );
+}

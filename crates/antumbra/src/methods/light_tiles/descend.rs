@@ -1,0 +1,202 @@
+//! A large triangle descends the tree of nodes, sixteen children at a time.
+
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+use antumbra_predicates::Triangle;
+use antumbra_predicates::filter::{KAPPA, LIMIT, TINY};
+use antumbra_predicates::tile::{NEAREST, WIDEN};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+
+use super::bin::Counts;
+use super::frame::Frame;
+use super::grid::{NODE, Node, Tiles};
+use super::lists::Lists;
+
+/// A triangle in the frame of a face: bounds of its directions and the four tests, as in
+/// [`antumbra_predicates::tile::TileBlock`], one triangle instead of eight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Caster {
+    /// Least x, largest x, least y, largest y, largest r.
+    bounds: [f32; 5],
+    m: [[f32; 3]; 4],
+    margin: [f32; 4],
+    det: f32,
+    det_margin: f32,
+    /// The facing is certain: the tests may be used.
+    certain: bool,
+}
+
+impl Caster {
+    pub(super) fn new(triangle: &Triangle, light: [f32; 3], face: usize) -> Caster {
+        let frame = Frame::of(face);
+        let l = frame.turn(light);
+        let raw = triangle.map(|p| frame.turn(p));
+        let sub = |a: [f32; 3], b: [f32; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+        let abs = |a: [f32; 3]| a.map(f32::abs);
+        let cross = |a: [f32; 3], b: [f32; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        // Sums of absolute products of the cross product, underflow covered.
+        let mag = |a: [f32; 3], b: [f32; 3]| {
+            let (a, b) = (abs(a), abs(b));
+            [
+                a[1] * b[2] + a[2] * b[1] + TINY,
+                a[2] * b[0] + a[0] * b[2] + TINY,
+                a[0] * b[1] + a[1] * b[0] + TINY,
+            ]
+        };
+        let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let rel = raw.map(|p| sub(p, l));
+        let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];
+        let n = cross(edge[2], edge[0]);
+        let n_mag = mag(edge[2], edge[0]);
+        let det = dot(n, rel[0]);
+        let det_bound = KAPPA * dot(n_mag, abs(rel[0])) + TINY;
+        let tame = rel.as_flattened().iter().all(|v| v.abs() <= LIMIT);
+        let sign = if det < 0.0 { -1.0 } else { 1.0 };
+        let m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
+        let mags = [mag(rel[0], edge[0]), mag(rel[1], edge[1]), mag(rel[2], edge[2]), n_mag];
+        let mut bounds = [f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::INFINITY];
+        if tame && rel.iter().all(|p| p[2] >= NEAREST) {
+            let r = rel.map(|p| 1.0 / p[2]);
+            for k in 0..2 {
+                let c = [0, 1, 2].map(|i| rel[i][k] * r[i]);
+                let lo = c[0].min(c[1]).min(c[2]);
+                let hi = c[0].max(c[1]).max(c[2]);
+                bounds[2 * k] = lo - (lo.abs() * WIDEN + WIDEN);
+                bounds[2 * k + 1] = hi + (hi.abs() * WIDEN + WIDEN);
+            }
+            let r = r[0].max(r[1]).max(r[2]);
+            bounds[4] = r + r * WIDEN;
+        }
+        Caster {
+            bounds,
+            m: m.map(|v| v.map(|x| x * sign)),
+            margin: mags.map(|v| 2.0 * KAPPA * (v[0] + v[1] + v[2])),
+            det: det * sign,
+            det_margin: 2.0 * det_bound,
+            certain: tame && det.abs() > det_bound,
+        }
+    }
+
+    /// Of eight children: which may the triangle block, which does it cover? Bits are children.
+    #[inline(always)]
+    fn against<S: Simd>(&self, s: S, node: &Node, first: usize) -> (u8, u8) {
+        let lo = [
+            part(s, &node.bounds[0], first),
+            part(s, &node.bounds[1], first),
+            part(s, &node.bounds[2], first),
+        ];
+        let hi = [
+            part(s, &node.bounds[3], first),
+            part(s, &node.bounds[4], first),
+            part(s, &node.bounds[5], first),
+        ];
+        let near = hi[0].simd_ge(self.bounds[0])
+            & lo[0].simd_le(self.bounds[1])
+            & hi[1].simd_ge(self.bounds[2])
+            & lo[1].simd_le(self.bounds[3])
+            & lo[2].simd_le(self.bounds[4]);
+        let near = near.to_bitmask() as u8;
+        if near == 0 || !self.certain {
+            return (near, 0);
+        }
+        let (xc, xh) = middle(s, lo[0], hi[0]);
+        let (yc, yh) = middle(s, lo[1], hi[1]);
+        let zero = f32x8::splat(s, 0.0);
+        let (mut out, mut least) = (zero, f32x8::splat(s, f32::INFINITY));
+        for k in 0..4 {
+            let m = self.m[k];
+            let m = [f32x8::splat(s, m[0]), f32x8::splat(s, m[1]), f32x8::splat(s, m[2])];
+            let value = m[1].mul_add(yc, m[0].mul_add(xc, m[2]));
+            let margin = f32x8::splat(s, self.margin[k]);
+            let reach = m[1].abs().mul_add(yh, m[0].abs().mul_add(xh, margin));
+            if k == 3 {
+                let det = f32x8::splat(s, self.det);
+                let reach = hi[2].mul_add(f32x8::splat(s, self.det_margin), reach);
+                out = out.min((value - det * lo[2]) + reach);
+                least = least.min((value - det * hi[2]) - reach);
+            } else {
+                out = out.min(value + reach);
+                least = least.min(value - reach);
+            }
+        }
+        let maybe = near & !(out.simd_lt(0.0).to_bitmask() as u8);
+        (maybe, maybe & least.simd_gt(0.0).to_bitmask() as u8)
+    }
+}
+
+#[inline(always)]
+fn part<S: Simd>(s: S, v: &[f32; 16], first: usize) -> f32x8<S> {
+    f32x8::from_slice(s, &v[first..first + 8])
+}
+
+/// Middle and half size, rounded up.
+#[inline(always)]
+fn middle<S: Simd>(s: S, lo: f32x8<S>, hi: f32x8<S>) -> (f32x8<S>, f32x8<S>) {
+    let c = (lo + hi) * 0.5;
+    let h = (hi - c).max(c - lo);
+    (c, h.mul_add(f32x8::splat(s, f32::EPSILON), h))
+}
+
+/// Where a descent leaves its results.
+#[derive(Debug)]
+pub(super) struct Target<'a> {
+    pub(super) tiles: &'a Tiles,
+    pub(super) covered: &'a [AtomicBool],
+    pub(super) id: u32,
+    pub(super) ids: &'a mut Lists,
+    pub(super) counts: &'a mut Counts,
+}
+
+impl Target<'_> {
+    fn cover(&mut self, entry: u32) {
+        if entry & NODE == 0 {
+            self.covered[entry as usize].store(true, Relaxed);
+            return;
+        }
+        let node = &self.tiles.nodes[(entry & !NODE) as usize];
+        for i in 0..node.count {
+            self.cover(node.child[i]);
+        }
+    }
+}
+
+/// Visits all entries on the stack and below.
+#[inline(always)]
+pub(super) fn descend<S: Simd>(s: S, caster: &Caster, stack: &mut Vec<u32>, target: &mut Target<'_>) {
+    while let Some(entry) = stack.pop() {
+        if entry & NODE == 0 {
+            // A tile that was an entry itself: tested in the tile pass.
+            if caster.bounds[4] >= target.tiles.region[entry as usize].lo[2]
+                && !target.covered[entry as usize].load(Relaxed)
+            {
+                target.ids.push(entry, target.id);
+            }
+            continue;
+        }
+        let node = &target.tiles.nodes[(entry & !NODE) as usize];
+        target.counts.node_visits += 1;
+        for first in [0, 8] {
+            if first >= node.count {
+                break;
+            }
+            let exists = 0xffu32 >> (8 - (node.count - first).min(8));
+            let (maybe, covers) = caster.against(s, node, first);
+            let mut left = u32::from(maybe) & exists;
+            while left != 0 {
+                let bit = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let child = node.child[first + bit];
+                if covers >> bit & 1 == 1 {
+                    target.counts.node_accept += 1;
+                    target.cover(child);
+                } else if child & NODE != 0 {
+                    stack.push(child);
+                } else if !target.covered[child as usize].load(Relaxed) {
+                    target.ids.push(child, target.id);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The six faces of a cube around the light, each with a frame of its own: axes permuted, one perhaps negated.
+
+/// Faces of the cube.
+pub(super) const FACES: usize = 6;
+
+/// The frame of a face: world axes of u, v and w, and the sign that makes w point away from the light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) axis: [usize; 3],
+    pub(super) sign: f32,
+}
+
+const AXES: [[usize; 3]; 3] = [[1, 2, 0], [0, 2, 1], [0, 1, 2]];
+
+impl Frame {
+    /// The frame of face `face`: +x, -x, +y, -y, +z, -z.
+    #[inline(always)]
+    pub(super) fn of(face: usize) -> Frame {
+        Frame { axis: AXES[face / 2], sign: if face % 2 == 0 { 1.0 } else { -1.0 } }
+    }
+
+    /// A point or vector in the frame. Exact.
+    #[inline(always)]
+    pub(super) fn turn(&self, p: [f32; 3]) -> [f32; 3] {
+        [p[self.axis[0]], p[self.axis[1]], p[self.axis[2]] * self.sign]
+    }
+}
+
+/// The face that a vector points through.
+#[inline(always)]
+pub(super) fn face_of(q: [f32; 3]) -> usize {
+    let a = q.map(f32::abs);
+    let axis = if a[0] >= a[1] && a[0] >= a[2] {
+        0
+    } else if a[1] >= a[2] {
+        1
+    } else {
+        2
+    };
+    2 * axis + usize::from(q[axis] < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn w_is_the_largest_coordinate_of_the_face() {
+        for q in [
+            [3.0, 1.0, -2.0],
+            [-3.0, 1.0, 2.0],
+            [1.0, 3.0, -2.0],
+            [1.0, -3.0, 3.0],
+            [0.0, 1.0, 2.0],
+            [1.0, 1.0, -2.0],
+        ] {
+            let [u, v, w] = Frame::of(face_of(q)).turn(q);
+            assert!(w > 0.0 && w >= u.abs() && w >= v.abs(), "{q:?}");
+        }
+    }
+}

@@ -1,0 +1,382 @@
+//! Tiles: cells of directions around the light that hold about a thousand samples each.
+//!
+//! Each face of the cube has a grid, fitted to the directions of its samples. A quadtree over its cells, counted from one
+//! sample a block, says where a tile is large and where it is small. A cell that is crowded even at the finest level gets a
+//! grid of its own, fitted again: clumps of samples thousands of times narrower than the face cost nothing extra.
+//!
+//! Tiles are also the leaves of a tree of [`Node`]s, 16 children each, which large triangles descend.
+
+use antumbra_predicates::tile::Region;
+
+use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
+
+use super::frame::FACES;
+use super::tuning::{CROWDED, DEPTH, LEVELS, TILE_BLOCKS};
+
+/// Marks an entry of a node or of a cell that is not a tile: a node.
+pub(super) const NODE: u32 = 1 << 31;
+/// Marks an entry of a cell that holds a grid of its own.
+pub(super) const GRID: u32 = 1 << 30;
+/// No tile, node or grid.
+pub(super) const NOTHING: u32 = u32::MAX;
+
+/// The direction of one sample of a block; `face` is [`NOTHING`] where the block is empty.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) face: u32,
+    pub(super) at: [f32; 2],
+}
+
+/// Maps directions to cells.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Fit {
+    origin: [f32; 2],
+    scale: [f32; 2],
+    last: f32,
+}
+
+impl Fit {
+    fn new(lo: [f32; 2], hi: [f32; 2], side: u32) -> Fit {
+        // An empty extent maps everything to cell 0.
+        let scale = [0, 1].map(|k| {
+            let s = side as f32 / (hi[k] - lo[k]);
+            if s.is_finite() { s } else { 0.0 }
+        });
+        Fit { origin: lo, scale, last: (side - 1) as f32 }
+    }
+
+    /// The cell's number along one axis. Monotone in `x`, whatever is rounded; border cells reach to infinity.
+    #[inline(always)]
+    pub(super) fn cell(&self, axis: usize, x: f32) -> u32 {
+        let c = (x - self.origin[axis]) * self.scale[axis];
+        // The comparisons are false for NaN (infinity times zero): the last cell, for every x.
+        let c = if c < self.last { c } else { self.last };
+        let c = if c > 0.0 { c } else { 0.0 };
+        // The sum is rounded to a whole number, which is then in the low bits.
+        (c + MAGIC).to_bits() & CELL_BITS
+    }
+
+    /// The same for eight numbers.
+    #[inline(always)]
+    pub(super) fn cells<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
+        let c = (x - self.origin[axis]) * self.scale[axis];
+        let c = c.simd_lt(self.last).select(c, f32x8::splat(s, self.last));
+        let c = c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0));
+        let bits: u32x8<S> = (c + MAGIC).bitcast();
+        (bits & CELL_BITS).to_array()
+    }
+}
+
+/// 2^23: numbers from here to twice as much are whole.
+const MAGIC: f32 = 8_388_608.0;
+const CELL_BITS: u32 = 0xffff;
+
+/// The cells of a face, or of a crowded cell.
+#[derive(Debug, Default)]
+pub(super) struct Grid {
+    pub(super) fit: Fit,
+    pub(super) levels: u32,
+    /// Row by row: tile, or [`GRID`] and a number.
+    pub(super) cells: Vec<u32>,
+    /// By half level, row by row: node, where there is one.
+    nodes: Vec<Vec<u32>>,
+    /// Tile, or [`NODE`] and a number; [`NOTHING`] where there are no samples.
+    pub(super) root: u32,
+    counts: Vec<Vec<u32>>,
+}
+
+impl Grid {
+    #[inline(always)]
+    pub(super) fn at(&self, x: u32, y: u32) -> u32 {
+        self.cells[(y << self.levels | x) as usize]
+    }
+
+    /// The node at an even level, if the tree is that deep there.
+    #[inline(always)]
+    pub(super) fn node(&self, level: u32, x: u32, y: u32) -> u32 {
+        self.nodes[(level / 2) as usize][(y << level | x) as usize]
+    }
+}
+
+/// Sixteen children of the tree above the tiles.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct Node {
+    /// Bounds of the children: least x, y, r, largest x, y, r.
+    pub(super) bounds: [[f32; 16]; 6],
+    /// Tile, or [`NODE`] and a number.
+    pub(super) child: [u32; 16],
+    pub(super) count: usize,
+    pub(super) region: Region,
+}
+
+/// All grids, tiles and nodes of a frame.
+#[derive(Debug, Default)]
+pub(super) struct Tiles {
+    /// The six faces, then crowded cells.
+    pub(super) grids: Vec<Grid>,
+    used: usize,
+    pub(super) face: Vec<u8>,
+    /// Level of each tile within its grid.
+    pub(super) level: Vec<u8>,
+    /// Cells of each tile: first and last column, first and last row.
+    pub(super) cells: Vec<[u16; 4]>,
+    /// Bounds of the samples.
+    pub(super) region: Vec<Region>,
+    pub(super) nodes: Vec<Node>,
+    points: Vec<Vec<[f32; 2]>>,
+}
+
+impl Tiles {
+    /// Chooses tiles. `bounds` are those of the points of each face.
+    pub(super) fn choose(&mut self, points: &[Point], bounds: &[Region; FACES]) {
+        self.face.clear();
+        self.level.clear();
+        self.cells.clear();
+        self.nodes.clear();
+        self.used = FACES;
+        if self.grids.len() < FACES {
+            self.grids.resize_with(FACES, Grid::default);
+        }
+        if self.points.len() < FACES {
+            self.points.resize_with(FACES, Vec::new);
+        }
+        for list in &mut self.points {
+            list.clear();
+        }
+        for p in points {
+            if let Some(list) = self.points.get_mut(p.face as usize) {
+                list.push(p.at);
+            }
+        }
+        for face in 0..FACES {
+            let (lo, hi) =
+                ([bounds[face].lo[0], bounds[face].lo[1]], [bounds[face].hi[0], bounds[face].hi[1]]);
+            let points = std::mem::take(&mut self.points[face]);
+            self.grids[face].root = NOTHING;
+            if !points.is_empty() {
+                self.fill(face, face, &points, lo, hi, LEVELS, 0);
+            }
+            self.points[face] = points;
+        }
+    }
+
+    /// Whether any cell has a grid of its own.
+    pub(super) fn has_crowds(&self) -> bool {
+        self.used > FACES
+    }
+
+    /// Number of tiles.
+    pub(super) fn len(&self) -> usize {
+        self.level.len()
+    }
+
+    /// The tile of a direction in a face.
+    #[inline(always)]
+    pub(super) fn find(&self, face: usize, x: f32, y: f32) -> u32 {
+        let mut grid = &self.grids[face];
+        loop {
+            let at = grid.at(grid.fit.cell(0, x), grid.fit.cell(1, y));
+            if at & GRID == 0 {
+                return at;
+            }
+            grid = &self.grids[(at & !GRID) as usize];
+        }
+    }
+
+    /// The tile that takes all samples of a region: they may stick out of its square by one cell of the face's grid, as
+    /// [`super::bin`] looks one cell farther. `None` if no tile takes them all.
+    #[inline(always)]
+    pub(super) fn home(&self, face: usize, region: &Region) -> Option<u32> {
+        let grid = &self.grids[face];
+        let (x0, x1) = (grid.fit.cell(0, region.lo[0]), grid.fit.cell(0, region.hi[0]));
+        let (y0, y1) = (grid.fit.cell(1, region.lo[1]), grid.fit.cell(1, region.hi[1]));
+        let at = grid.at((x0 + x1) / 2, (y0 + y1) / 2);
+        if at & GRID != 0 {
+            let tile = self.find(face, region.lo[0], region.lo[1]);
+            return (tile == self.find(face, region.hi[0], region.hi[1])).then_some(tile);
+        }
+        let [first_x, last_x, first_y, last_y] = self.cells[at as usize].map(u32::from);
+        (x0 + 1 >= first_x && x1 <= last_x + 1 && y0 + 1 >= first_y && y1 <= last_y + 1).then_some(at)
+    }
+
+    /// Fills a grid from its points.
+    fn fill(
+        &mut self,
+        grid: usize,
+        face: usize,
+        points: &[[f32; 2]],
+        lo: [f32; 2],
+        hi: [f32; 2],
+        levels: u32,
+        depth: u32,
+    ) {
+        let mut g = std::mem::take(&mut self.grids[grid]);
+        let side = 1usize << levels;
+        g.levels = levels;
+        g.fit = Fit::new(lo, hi, side as u32);
+        g.counts.resize_with(LEVELS as usize + 1, Vec::new);
+        g.nodes.resize_with(LEVELS as usize / 2 + 1, Vec::new);
+        g.cells.resize(side * side, NOTHING);
+        let finest = &mut g.counts[levels as usize];
+        finest.clear();
+        finest.resize(side * side, 0);
+        for p in points {
+            finest[(g.fit.cell(1, p[1]) << levels | g.fit.cell(0, p[0])) as usize] += 1;
+        }
+        for level in (0..levels as usize).rev() {
+            let (above, below) = g.counts.split_at_mut(level + 1);
+            let (above, below) = (&mut above[level], &below[0]);
+            above.resize(1 << (2 * level), 0);
+            for (row, pair) in above.chunks_exact_mut(1 << level).zip(below.chunks_exact(4 << level)) {
+                let (top, bottom) = pair.split_at(2 << level);
+                for ((sum, a), b) in row.iter_mut().zip(top.chunks_exact(2)).zip(bottom.chunks_exact(2)) {
+                    *sum = a[0] + a[1] + b[0] + b[1];
+                }
+            }
+            if level % 2 == 0 {
+                g.nodes[level / 2].resize(1 << (2 * level), NOTHING);
+            }
+        }
+        let mut crowded = Vec::new();
+        g.root = self.split(&mut g, face, [0, 0, 0], None, depth, &mut crowded);
+        // Points of crowded cells go to grids of their own.
+        let mut below: Vec<Vec<[f32; 2]>> = vec![Vec::new(); crowded.len()];
+        if !crowded.is_empty() {
+            let first = (crowded[0].0) as usize;
+            for p in points {
+                let at = g.at(g.fit.cell(0, p[0]), g.fit.cell(1, p[1]));
+                if at & GRID != 0 {
+                    below[(at & !GRID) as usize - first].push(*p);
+                }
+            }
+        }
+        self.grids[grid] = g;
+        for ((number, parent, child), points) in crowded.into_iter().zip(below) {
+            let bound =
+                |k: usize, f: fn(f32, f32) -> f32| points.iter().map(|p| p[k]).reduce(f).unwrap_or(0.0);
+            let lo = [0, 1].map(|k| bound(k, f32::min));
+            let hi = [0, 1].map(|k| bound(k, f32::max));
+            // Two levels more than an even spread would need.
+            let levels = 2 + (points.len() as u32 / TILE_BLOCKS).max(1).ilog2() / 2;
+            let levels = (levels.next_multiple_of(2)).min(LEVELS);
+            self.fill(number as usize, face, &points, lo, hi, levels, depth + 1);
+            let root = self.grids[number as usize].root;
+            match parent {
+                Some(node) => self.nodes[node as usize].child[child] = root,
+                None => self.grids[grid].root = root,
+            }
+        }
+    }
+
+    /// Makes a tile of a square of cells, or splits it. Returns the tile or node, or [`NOTHING`] if its children went to
+    /// `parent`.
+    fn split(
+        &mut self,
+        g: &mut Grid,
+        face: usize,
+        [level, x, y]: [u32; 3],
+        parent: Option<u32>,
+        depth: u32,
+        crowded: &mut Vec<(u32, Option<u32>, usize)>,
+    ) -> u32 {
+        let count = g.counts[level as usize][(y << level | x) as usize];
+        let add = |tiles: &mut Tiles, entry: u32| {
+            let Some(parent) = parent else { return 0 };
+            let node = &mut tiles.nodes[parent as usize];
+            node.child[node.count] = entry;
+            node.count += 1;
+            node.count - 1
+        };
+        // All points in one place: no grid parts them.
+        let together = g.fit.scale == [0.0; 2];
+        if count > CROWDED && level == g.levels && depth < DEPTH && !together {
+            let number = self.used as u32;
+            self.used += 1;
+            if self.grids.len() < self.used {
+                self.grids.push(Grid::default());
+            }
+            self.grids[number as usize].root = NOTHING;
+            let child = add(self, NOTHING);
+            crowded.push((number, parent, child));
+            g.cells[(y << level | x) as usize] = GRID | number;
+            return NOTHING;
+        }
+        if count <= TILE_BLOCKS || level == g.levels {
+            let tile = self.level.len() as u32;
+            self.level.push(level as u8);
+            self.face.push(face as u8);
+            let shift = g.levels - level;
+            let [first, last] =
+                [[x, y].map(|v| (v << shift) as u16), [x, y].map(|v| (((v + 1) << shift) - 1) as u16)];
+            self.cells.push([first[0], last[0], first[1], last[1]]);
+            for row in y << shift..(y + 1) << shift {
+                let start = (row << g.levels | x << shift) as usize;
+                g.cells[start..start + (1 << shift)].fill(tile);
+            }
+            add(self, tile);
+            return tile;
+        }
+        let quarters = [0, 1, 2, 3].map(|i| [level + 1, 2 * x + (i & 1), 2 * y + (i >> 1)]);
+        if level % 2 == 0 {
+            let node = self.nodes.len() as u32;
+            self.nodes.push(Node {
+                bounds: [[0.0; 16]; 6],
+                child: [NOTHING; 16],
+                count: 0,
+                region: Region::EMPTY,
+            });
+            g.nodes[(level / 2) as usize][(y << level | x) as usize] = node;
+            add(self, NODE | node);
+            for q in quarters {
+                self.split(g, face, q, Some(node), depth, crowded);
+            }
+            NODE | node
+        } else {
+            for q in quarters {
+                self.split(g, face, q, parent, depth, crowded);
+            }
+            NOTHING
+        }
+    }
+
+    /// Bounds of nodes, once those of the tiles are known. Children come after their parents.
+    pub(super) fn bound_nodes(&mut self) {
+        for i in (0..self.nodes.len()).rev() {
+            let (before, after) = self.nodes.split_at_mut(i + 1);
+            let node = &mut before[i];
+            node.region = Region::EMPTY;
+            let mut kept = 0;
+            for c in 0..node.count {
+                let child = node.child[c];
+                let region = if child & NODE != 0 {
+                    after[(child & !NODE) as usize - i - 1].region
+                } else {
+                    self.region[child as usize]
+                };
+                // Children without samples are left out.
+                if region.lo[0] > region.hi[0] {
+                    continue;
+                }
+                node.child[kept] = child;
+                for k in 0..3 {
+                    node.bounds[k][kept] = region.lo[k];
+                    node.bounds[3 + k][kept] = region.hi[k];
+                }
+                node.region = node.region.union(&region);
+                kept += 1;
+            }
+            node.count = kept;
+        }
+    }
+
+    /// Bytes in use.
+    pub(super) fn bytes(&self) -> usize {
+        let grid =
+            |g: &Grid| (g.cells.len() + g.counts.iter().chain(&g.nodes).map(Vec::len).sum::<usize>()) * 4;
+        self.grids[..self.used].iter().map(grid).sum::<usize>()
+            + self.nodes.len() * size_of::<Node>()
+            + self.len() * (size_of::<Region>() + 2)
+            + self.points.iter().map(|p| p.len() * 8).sum::<usize>()
+    }
+}

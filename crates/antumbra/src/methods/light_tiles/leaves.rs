@@ -1,0 +1,352 @@
+//! The sample pass: blocks of 4 x 4 pixels become leaves of tiles.
+//!
+//! Most blocks lie in one tile at one depth and become one leaf. Others are parted; those that would fall into many leaves,
+//! and all samples of a bare list, go to their tiles one by one ("loose"), where they are sorted.
+
+use antumbra_predicates::filter::LIMIT;
+use antumbra_predicates::tile::{NEAREST, Region};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, f32x8};
+
+use super::frame::{FACES, Frame, face_of};
+use super::grid::{NOTHING, Point, Tiles};
+use super::layout::{BLOCK, Layout};
+use super::lists::Lists;
+use super::tuning::BLOCK_LEAVES;
+use crate::mask::{LIT, NONE};
+
+/// Up to 16 samples of one block that the light sees close together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaf {
+    pub(super) region: Region,
+    pub(super) block: u32,
+    /// One bit a sample of the block.
+    pub(super) mask: u16,
+}
+
+/// What a worker leaves behind.
+#[derive(Debug, Default)]
+pub(super) struct Gathered {
+    pub(super) leaves: Vec<Leaf>,
+    /// Leaves by tile.
+    pub(super) lists: Lists,
+    /// Samples by tile: block times 16 plus sample.
+    pub(super) loose: Lists,
+    /// Samples without a direction that f32 can hold: on the light, or out of all proportion.
+    pub(super) wild: Vec<u32>,
+    /// Bounds by tile.
+    pub(super) regions: Vec<Region>,
+    /// A coordinate was infinite.
+    pub(super) broken: bool,
+    strip: Strip,
+}
+
+impl Gathered {
+    pub(super) fn reset(&mut self, tiles: usize) {
+        self.leaves.clear();
+        self.lists.reset(tiles);
+        self.loose.reset(tiles);
+        self.wild.clear();
+        self.regions.clear();
+        self.regions.resize(tiles, Region::EMPTY);
+        self.broken = false;
+    }
+}
+
+/// The first sample of each block of a row of blocks, as seen from the light; and bounds by face.
+pub(super) fn look(
+    layout: &Layout,
+    positions: &[[f32; 3]],
+    light: [f32; 3],
+    row: usize,
+    points: &mut [Point],
+) -> [Region; FACES] {
+    let mut bounds = [Region::EMPTY; FACES];
+    for (column, point) in points.iter_mut().enumerate() {
+        *point = Point { face: NOTHING, at: [0.0; 2] };
+        let (start, line) = layout.corner(row * layout.columns + column);
+        // One from the middle, else a corner. Others do not matter: points only say where tiles should be small.
+        for i in [line + 1, 0, 3, 3 * line, 3 * line + 3] {
+            // At the right border this may be a sample of another line: no harm either.
+            let Some(&p) = positions.get(start + i) else { continue };
+            let Some((face, at)) = direction(p, light) else { continue };
+            *point = Point { face: face as u32, at: [at[0], at[1]] };
+            bounds[face] = bounds[face].union(&Region { lo: at, hi: at });
+            break;
+        }
+    }
+    bounds
+}
+
+/// What the sample pass needs to know.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass<'a> {
+    pub(super) layout: &'a Layout,
+    pub(super) positions: &'a [[f32; 3]],
+    pub(super) light: [f32; 3],
+    pub(super) tiles: &'a Tiles,
+    /// By face: [`super::tuning::DEPTH_BAND`], less where the whole face is at one depth.
+    pub(super) band: [f32; FACES],
+}
+
+/// Samples of 4 rows, coordinates apart.
+#[derive(Debug)]
+struct Strip {
+    at: [[[f32; STRIP]; 4]; 3],
+}
+
+/// Pixels of a strip: 12 KiB of coordinates, in the first cache.
+const STRIP: usize = 256;
+
+impl Default for Strip {
+    fn default() -> Strip {
+        Strip { at: [[[0.0; STRIP]; 4]; 3] }
+    }
+}
+
+/// A row of blocks: fills `mask` (the samples of the row) with "lit" or "none" and sorts the samples into tiles.
+#[inline(always)]
+pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8], out: &mut Gathered) {
+    let layout = pass.layout;
+    mask.fill(LIT);
+    let mut strip = std::mem::take(&mut out.strip);
+    let columns_a_strip = STRIP / 4;
+    for first in (0..layout.columns).step_by(columns_a_strip) {
+        let count = columns_a_strip.min(layout.columns - first);
+        for y in 0..if layout.is_list { 0 } else { 4 } {
+            let [xs, ys, zs] = &mut strip.at;
+            layout.load(pass.positions, row, first, count, y, [&mut xs[y], &mut ys[y], &mut zs[y]]);
+        }
+        for column in 0..count {
+            let block = row * layout.columns + first + column;
+            let valid = if layout.is_list {
+                let valid = exist(pass, block, out);
+                scatter(pass, block, valid, out);
+                valid
+            } else {
+                let [x, y, z] = &strip.at;
+                block_of(s, pass, block, [load(s, x, column), load(s, y, column), load(s, z, column)], out)
+            };
+            if valid != 0xffff {
+                for sample in 0..BLOCK {
+                    if valid >> sample & 1 == 0
+                        && let Some(m) =
+                            layout.index_in_row(first + column, sample).and_then(|i| mask.get_mut(i))
+                    {
+                        *m = NONE;
+                    }
+                }
+            }
+        }
+    }
+    out.strip = strip;
+}
+
+/// Column `column` of a strip: rows 0 and 1, rows 2 and 3.
+#[inline(always)]
+fn load<S: Simd>(s: S, at: &[[f32; STRIP]; 4], column: usize) -> [f32x8<S>; 2] {
+    let range = 4 * column..4 * column + 4;
+    let [a, b, c, d] = [&at[0][range.clone()], &at[1][range.clone()], &at[2][range.clone()], &at[3][range]];
+    [
+        s.combine_f32x4(f32x4::from_slice(s, a), f32x4::from_slice(s, b)),
+        s.combine_f32x4(f32x4::from_slice(s, c), f32x4::from_slice(s, d)),
+    ]
+}
+
+#[inline(always)]
+fn both<S: Simd>(m: [fearless_simd::mask32x8<S>; 2]) -> u16 {
+    (m[0].to_bitmask() | m[1].to_bitmask() << 8) as u16
+}
+
+/// One block: 16 samples, those outside the picture NaN. Returns which exist.
+#[inline(always)]
+fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3], out: &mut Gathered) -> u16 {
+    let l = pass.light;
+    let q = [
+        [p[0][0] - l[0], p[0][1] - l[0]],
+        [p[1][0] - l[1], p[1][1] - l[1]],
+        [p[2][0] - l[2], p[2][1] - l[2]],
+    ];
+    let zero = f32x8::splat(s, 0.0);
+    // Infinity and NaN times zero are NaN.
+    let mut mask = both([
+        ((q[0][0] + q[1][0] + q[2][0]) * zero).simd_eq(zero),
+        ((q[0][1] + q[1][1] + q[2][1]) * zero).simd_eq(zero),
+    ]);
+    if mask != 0xffff {
+        // Background is NaN throughout; what is infinite is looked at one by one.
+        let none = both([
+            q[0][0].simd_ne(q[0][0]) & q[1][0].simd_ne(q[1][0]) & q[2][0].simd_ne(q[2][0]),
+            q[0][1].simd_ne(q[0][1]) & q[1][1].simd_ne(q[1][1]) & q[2][1].simd_ne(q[2][1]),
+        ]);
+        if mask | none != 0xffff {
+            mask = exist(pass, block, out);
+        }
+        if mask == 0 {
+            return mask;
+        }
+    }
+    let first = mask.trailing_zeros() as usize;
+    let face = face_of([q[0][first / 8][first % 8], q[1][first / 8][first % 8], q[2][first / 8][first % 8]]);
+    let (u, v, w) = match face / 2 {
+        0 => (q[1], q[2], q[0]),
+        1 => (q[0], q[2], q[1]),
+        _ => (q[0], q[1], q[2]),
+    };
+    let w = if face % 2 == 0 { w } else { [-w[0], -w[1]] };
+    let side = [u[0].abs().max(v[0].abs()).max(NEAREST), u[1].abs().max(v[1].abs()).max(NEAREST)];
+    let inside =
+        both([w[0].simd_ge(side[0]) & w[0].simd_le(LIMIT), w[1].simd_ge(side[1]) & w[1].simd_le(LIMIT)]);
+    if mask & !inside != 0 || pass.tiles.grids[face].root == NOTHING {
+        scatter(pass, block, mask, out);
+        return mask;
+    }
+    let one = f32x8::splat(s, 1.0);
+    let r = [one / w[0], one / w[1]];
+    let mut c = [[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r];
+    if mask != 0xffff {
+        repeat(s, &mut c, mask);
+    }
+    let region = bounds(s, &c);
+    if region.hi[2] - region.lo[2] <= pass.band[face] * region.hi[2]
+        && let Some(tile) = pass.tiles.home(face, &region)
+    {
+        add(out, tile, Leaf { region, block: block as u32, mask });
+        return mask;
+    }
+    // Several depths, or too large for a tile.
+    let mut left = mask;
+    for _ in 0..BLOCK_LEAVES {
+        let first = left.trailing_zeros() as usize;
+        let near = c[2][first / 8][first % 8];
+        let band = f32x8::splat(s, pass.band[face] * near);
+        let part = left & both([(c[2][0] - near).abs().simd_le(band), (c[2][1] - near).abs().simd_le(band)]);
+        let mut only = c;
+        repeat(s, &mut only, part);
+        let region = bounds(s, &only);
+        match pass.tiles.home(face, &region) {
+            Some(tile) => add(out, tile, Leaf { region, block: block as u32, mask: part }),
+            None => loosen(pass, block, part, face, &c, out),
+        }
+        left &= !part;
+        if left == 0 {
+            return mask;
+        }
+    }
+    loosen(pass, block, left, face, &c, out);
+    mask
+}
+
+/// Lanes that are not in `mask` repeat the first that is.
+#[inline(always)]
+fn repeat<S: Simd>(s: S, c: &mut [[f32x8<S>; 2]; 3], mask: u16) {
+    let first = mask.trailing_zeros() as usize;
+    for h in 0..2 {
+        let keep = fearless_simd::mask32x8::from_bitmask(s, u64::from(mask >> (8 * h) & 0xff));
+        for k in 0..3 {
+            // Half 0 may have been filled already: its lane `first` is unchanged.
+            let fill = c[k][first / 8][first % 8];
+            c[k][h] = keep.select(c[k][h], f32x8::splat(s, fill));
+        }
+    }
+}
+
+#[inline(always)]
+fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> Region {
+    let lo = least(s, [c[0][0].min(c[0][1]), c[1][0].min(c[1][1]), c[2][0].min(c[2][1])]);
+    let hi = least(s, [-c[0][0].max(c[0][1]), -c[1][0].max(c[1][1]), -c[2][0].max(c[2][1])]);
+    Region { lo, hi: [-hi[0], -hi[1], -hi[2]] }
+}
+
+/// Which samples of a block exist, where not all differences from the light are finite.
+#[inline(never)]
+fn exist(pass: &Pass<'_>, block: usize, out: &mut Gathered) -> u16 {
+    let mut mask = 0;
+    for sample in 0..BLOCK {
+        let Some(i) = pass.layout.index(block, sample) else { continue };
+        let p = pass.positions[i];
+        if !(p[0].is_nan() || p[1].is_nan() || p[2].is_nan()) {
+            out.broken |= p.iter().any(|v| v.is_infinite());
+            mask |= 1 << sample;
+        }
+    }
+    mask
+}
+
+/// Least of the lanes of three vectors.
+#[inline(always)]
+fn least<S: Simd>(s: S, v: [f32x8<S>; 3]) -> [f32; 3] {
+    let ((a0, a1), (b0, b1), (c0, c1)) = (s.split_f32x8(v[0]), s.split_f32x8(v[1]), s.split_f32x8(v[2]));
+    let (a, b, c) = (a0.min(a1), b0.min(b1), c0.min(c1));
+    let ac = s.zip_low_f32x4(a, c).min(s.zip_high_f32x4(a, c));
+    let bb = s.zip_low_f32x4(b, b).min(s.zip_high_f32x4(b, b));
+    let m = s.zip_low_f32x4(ac, bb).min(s.zip_high_f32x4(ac, bb));
+    [m[0], m[1], m[2]]
+}
+
+#[inline(always)]
+fn add(out: &mut Gathered, tile: u32, leaf: Leaf) {
+    let bounds = &mut out.regions[tile as usize];
+    *bounds = bounds.union(&leaf.region);
+    out.lists.push(tile, out.leaves.len() as u32);
+    out.leaves.push(leaf);
+}
+
+/// Samples of a block, one by one.
+#[inline(never)]
+fn loosen<S: Simd>(
+    pass: &Pass<'_>,
+    block: usize,
+    mask: u16,
+    face: usize,
+    c: &[[f32x8<S>; 2]; 3],
+    out: &mut Gathered,
+) {
+    for i in bits(mask) {
+        let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
+        add_loose(out, pass.tiles.find(face, at[0], at[1]), block, i, at);
+    }
+}
+
+/// A block that crosses from face to face, or of a list: every sample goes to its tile alone.
+#[inline(never)]
+fn scatter(pass: &Pass<'_>, block: usize, mask: u16, out: &mut Gathered) {
+    for i in bits(mask) {
+        let Some(index) = pass.layout.index(block, i) else { continue };
+        match direction(pass.positions[index], pass.light) {
+            Some((face, at)) if pass.tiles.grids[face].root != NOTHING => {
+                let tile = pass.tiles.find(face, at[0], at[1]);
+                add_loose(out, tile, block, i, at);
+            }
+            // No point of the face was seen when the tiles were chosen, or there is no direction.
+            _ => out.wild.push((block * BLOCK + i) as u32),
+        }
+    }
+}
+
+fn add_loose(out: &mut Gathered, tile: u32, block: usize, sample: usize, at: [f32; 3]) {
+    let bounds = &mut out.regions[tile as usize];
+    *bounds = bounds.union(&Region { lo: at, hi: at });
+    out.loose.push(tile, (block * BLOCK + sample) as u32);
+}
+
+/// Face, and x, y, r of a sample; `None` where f32 cannot hold them.
+#[inline(always)]
+pub(super) fn direction(p: [f32; 3], light: [f32; 3]) -> Option<(usize, [f32; 3])> {
+    let q = [p[0] - light[0], p[1] - light[1], p[2] - light[2]];
+    let face = face_of(q);
+    let [u, v, w] = Frame::of(face).turn(q);
+    if !(w >= NEAREST && w <= LIMIT) {
+        return None;
+    }
+    let r = 1.0 / w;
+    Some((face, [u * r, v * r, r]))
+}
+
+/// The numbers of the bits that are set.
+fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
+        mask &= mask - 1;
+        Some(bit)
+    })
+}

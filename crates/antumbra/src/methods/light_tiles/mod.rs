@@ -1,0 +1,350 @@
+//! `light-tiles`: samples in tiles around the light, triangles streamed through them. Nothing is kept between frames.
+//!
+//! Ours. It descends from the irregular z-buffer (Johnson et al. 2005; `ofts`) and from tiled rasterisation, with what
+//! exactness needs.
+//!
+//! 1. [`grid`]: cells of directions around the light are gathered to tiles of about a thousand samples each.
+//! 2. [`leaves`]: blocks of 4 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
+//! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
+//! 4. [`work`]: a tile's triangles are prepared once and tested against groups of leaves, leaves, and samples.
+//!
+//! All culling is interval arithmetic with the bounds of `antumbra_predicates::tile`; samples are decided by the shared
+//! leaf test, f64 and exact arithmetic.
+//!
+//! Cost: O(N) for the samples; O(T) for the triangles plus the tiles they touch; then leaves times the triangles near them.
+
+mod bin;
+mod descend;
+mod frame;
+mod grid;
+mod layout;
+mod leaves;
+mod lists;
+mod tuning;
+mod work;
+
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicUsize, Ordering::Relaxed};
+
+use fearless_simd::dispatch;
+use rayon::prelude::*;
+
+use self::frame::FACES;
+use self::grid::{NOTHING, Point, Tiles};
+use self::layout::{BLOCK, Layout};
+use super::{Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
+use crate::Isa;
+use crate::mask::SHADOWED;
+use crate::scene::{InputError, Triangle};
+use antumbra_predicates::tile::Region;
+
+/// Shadows by tiles of samples around the light.
+#[derive(Debug)]
+pub struct LightTiles {
+    isa: Isa,
+    capacity: usize,
+    tiles: Tiles,
+    points: Vec<Point>,
+    gathered: Vec<leaves::Gathered>,
+    binned: Vec<bin::Binned>,
+    scratch: Vec<work::Scratch>,
+    words: Vec<AtomicU16>,
+    covered: Vec<AtomicBool>,
+    wild: Wild,
+}
+
+/// Samples that have no direction in f32: rays take them.
+#[derive(Debug)]
+struct Wild {
+    rays: RayCast,
+    slots: Vec<u32>,
+    positions: Vec<[f32; 3]>,
+    mask: Vec<u8>,
+}
+
+/// List entries that all workers together may hold before the tiles are worked off: 256 MiB.
+const CAPACITY: usize = 1 << 26;
+
+impl LightTiles {
+    /// With room for 67 million list entries.
+    pub fn new(options: &Options) -> LightTiles {
+        LightTiles::with_capacity(options, CAPACITY)
+    }
+
+    /// With room for about `entries` list entries (pairs of triangle and tile, 4 bytes each); what does not fit is done in rounds.
+    pub fn with_capacity(options: &Options, entries: usize) -> LightTiles {
+        LightTiles {
+            isa: options.isa,
+            capacity: entries,
+            tiles: Tiles::default(),
+            points: Vec::new(),
+            gathered: Vec::new(),
+            binned: Vec::new(),
+            scratch: Vec::new(),
+            words: Vec::new(),
+            covered: Vec::new(),
+            wild: Wild {
+                rays: RayCast::new(options),
+                slots: Vec::new(),
+                positions: Vec::new(),
+                mask: Vec::new(),
+            },
+        }
+    }
+}
+
+impl Method for LightTiles {
+    fn name(&self) -> &'static str {
+        "light-tiles"
+    }
+
+    fn shadow(
+        &mut self,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+        mask: &mut [u8],
+    ) -> Result<Stats, InputError> {
+        let isa = self.isa.resolved();
+        let mut stats = StatsBuilder::start("light-tiles", isa.name());
+        if mask.len() != samples.positions.len() || !light.iter().all(|v| v.is_finite()) {
+            check_input(triangles, samples, light, mask)?;
+        }
+        let limit = 1 << 31;
+        for (what, got) in [("triangles", triangles.len()), ("samples", samples.positions.len())] {
+            if got > limit {
+                return Err(InputError::TooMany { what, got, limit });
+            }
+        }
+        let positions = samples.positions;
+        let layout = Layout::new(positions.len(), samples.width);
+        let workers = rayon::current_num_threads();
+        self.gathered.resize_with(workers, Default::default);
+        self.binned.resize_with(workers, Default::default);
+        self.scratch.resize_with(workers, Default::default);
+
+        let band = self.choose_tiles(&layout, positions, light);
+        stats.stage("choose_tiles");
+        self.gather(isa, &layout, positions, light, band, mask);
+        stats.stage("gather_samples");
+        let mut rounds = 0u64;
+        let next_triangle = AtomicUsize::new(0);
+        for worker in &mut self.binned {
+            worker.left = 0..0;
+            worker.counts = bin::Counts::default();
+            worker.broken = false;
+        }
+        for worker in &mut self.scratch {
+            worker.counts = work::Counts::default();
+        }
+        let mut entries = 0;
+        let mut peak = 0;
+        while rounds == 0
+            || next_triangle.load(Relaxed) < triangles.len()
+            || self.binned.iter().any(|w| !w.left.is_empty())
+        {
+            rounds += 1;
+            self.bin(isa, triangles, light, &next_triangle);
+            stats.stage("bin_triangles");
+            self.work(isa, &layout, positions, triangles, light, rounds > 1);
+            stats.stage("test_tiles");
+            let now: usize = self.binned.iter().map(|w| w.ids.items()).sum();
+            entries += now;
+            peak = peak.max(self.binned.iter().map(|w| w.ids.bytes()).sum());
+        }
+        if self.gathered.iter().any(|w| w.broken) || self.binned.iter().any(|w| w.broken) {
+            check_input(triangles, samples, light, mask)?;
+        }
+        self.wild_samples(&layout, positions, triangles, light)?;
+        self.write(&layout, mask);
+        stats.stage("write_mask");
+        self.report(&mut stats, rounds, entries, peak);
+        Ok(stats.finish(triangles.len(), mask))
+    }
+}
+
+impl LightTiles {
+    /// Stage 1. Returns the depth band of each face.
+    fn choose_tiles(&mut self, layout: &Layout, positions: &[[f32; 3]], light: [f32; 3]) -> [f32; FACES] {
+        self.points.resize(layout.blocks(), Point { face: NOTHING, at: [0.0; 2] });
+        let empty = [Region::EMPTY; FACES];
+        let bounds = self
+            .points
+            .par_chunks_mut(layout.columns.max(1))
+            .enumerate()
+            .map(|(row, points)| leaves::look(layout, positions, light, row, points))
+            .reduce(|| empty, |a, b| std::array::from_fn(|f| a[f].union(&b[f])));
+        self.tiles.choose(&self.points, &bounds);
+        bounds.map(|b| if b.hi[2] > 0.0 { tuning::DEPTH_BAND * (1.0 - b.lo[2] / b.hi[2]) } else { 0.0 })
+    }
+
+    /// Stage 2.
+    fn gather(
+        &mut self,
+        isa: Isa,
+        layout: &Layout,
+        positions: &[[f32; 3]],
+        light: [f32; 3],
+        band: [f32; FACES],
+        mask: &mut [u8],
+    ) {
+        let level = simd_level(isa);
+        self.words.resize_with(layout.blocks(), Default::default);
+        let tiles = self.tiles.len();
+        let pass = leaves::Pass { layout, positions, light, tiles: &self.tiles, band };
+        // Rows are dealt out by turns, so that each worker has whole rows of `mask` as a slice.
+        let workers = self.gathered.len();
+        let mut rows: Vec<Vec<(usize, &mut [u8])>> = Vec::new();
+        rows.resize_with(workers, Vec::new);
+        for (row, mask) in mask.chunks_mut(layout.row_samples()).enumerate() {
+            rows[row % workers].push((row, mask));
+        }
+        self.gathered.par_iter_mut().zip(rows).for_each(|(worker, rows)| {
+            worker.reset(tiles);
+            dispatch!(level, s => gather_rows(s, &pass, rows, worker));
+        });
+        self.words.par_iter_mut().with_min_len(4096).for_each(|w| *w.get_mut() = 0);
+        self.tiles.region.clear();
+        self.tiles.region.resize(tiles, Region::EMPTY);
+        for worker in &self.gathered {
+            for (sum, region) in self.tiles.region.iter_mut().zip(&worker.regions) {
+                *sum = sum.union(region);
+            }
+        }
+        self.tiles.bound_nodes();
+        self.covered.clear();
+        self.covered.resize_with(tiles, Default::default);
+    }
+
+    /// Stage 3: until the triangles or the capacity are used up.
+    fn bin(&mut self, isa: Isa, triangles: &[Triangle], light: [f32; 3], next: &AtomicUsize) {
+        let level = simd_level(isa);
+        let capacity = (self.capacity / self.binned.len().max(1)).max(1);
+        let pass = bin::Pass { triangles, light, tiles: &self.tiles, covered: &self.covered, next, capacity };
+        let tiles = self.tiles.len();
+        self.binned.par_iter_mut().with_max_len(1).for_each(|worker| {
+            worker.ids.reset(tiles);
+            dispatch!(level, s => bin::bin(s, &pass, worker));
+        });
+    }
+
+    /// Stage 4.
+    fn work(
+        &mut self,
+        isa: Isa,
+        layout: &Layout,
+        positions: &[[f32; 3]],
+        triangles: &[Triangle],
+        light: [f32; 3],
+        again: bool,
+    ) {
+        let level = simd_level(isa);
+        let next = AtomicUsize::new(0);
+        let pass = work::Pass {
+            layout,
+            positions,
+            triangles,
+            light,
+            tiles: &self.tiles,
+            covered: &self.covered,
+            gathered: &self.gathered,
+            binned: &self.binned,
+            words: &self.words,
+            next: &next,
+            again,
+        };
+        self.scratch.par_iter_mut().with_max_len(1).for_each(|scratch| {
+            dispatch!(level, s => work::work(s, &pass, scratch));
+        });
+    }
+
+    /// Samples without a direction: rays.
+    fn wild_samples(
+        &mut self,
+        layout: &Layout,
+        positions: &[[f32; 3]],
+        triangles: &[Triangle],
+        light: [f32; 3],
+    ) -> Result<(), InputError> {
+        let Wild { rays, slots, positions: at, mask } = &mut self.wild;
+        slots.clear();
+        slots.extend(self.gathered.iter().flat_map(|w| &w.wild));
+        if slots.is_empty() {
+            return Ok(());
+        }
+        at.clear();
+        at.extend(slots.iter().map(|&slot| {
+            layout.index(slot as usize / BLOCK, slot as usize % BLOCK).map_or([f32::NAN; 3], |i| positions[i])
+        }));
+        mask.clear();
+        mask.resize(at.len(), 0);
+        rays.shadow(triangles, Samples::list(at), light, mask)?;
+        for (&slot, &m) in slots.iter().zip(mask.iter()) {
+            if m == SHADOWED {
+                *self.words[slot as usize / BLOCK].get_mut() |= 1 << (slot % 16);
+            }
+        }
+        Ok(())
+    }
+
+    /// Words to bytes: the mask says "lit" or "none" so far, and "none" is all ones.
+    fn write(&self, layout: &Layout, mask: &mut [u8]) {
+        let words = &self.words;
+        mask.par_chunks_mut(layout.row_samples().max(1)).enumerate().for_each(|(row, mask)| {
+            for column in 0..layout.columns {
+                let word = words[row * layout.columns + column].load(Relaxed);
+                if word != 0 {
+                    layout.mark(mask, column, word);
+                }
+            }
+        });
+    }
+
+    fn report(&self, stats: &mut StatsBuilder, rounds: u64, entries: usize, peak: usize) {
+        let leaves: usize = self.gathered.iter().map(|w| w.leaves.len()).sum();
+        let loose: usize = self.gathered.iter().map(|w| w.loose.items()).sum();
+        stats.bytes("tiles", self.tiles.bytes());
+        stats.bytes("leaves", leaves * size_of::<leaves::Leaf>());
+        let lists = |f: fn(&leaves::Gathered) -> usize| self.gathered.iter().map(f).sum::<usize>();
+        stats.bytes("leaf_lists", lists(|w| w.lists.bytes() + w.loose.bytes()));
+        stats.bytes("triangle_lists", peak);
+        stats.bytes("words", self.words.len() * 2);
+        stats.counter("tiles", self.tiles.len() as u64);
+        stats.counter("rounds", rounds);
+        stats.counter("block_leaves", leaves as u64);
+        stats.counter("loose_samples", loose as u64);
+        stats.counter("wild_samples", self.wild.slots.len() as u64);
+        let sum = |f: fn(&bin::Counts) -> u64| self.binned.iter().map(|w| f(&w.counts)).sum();
+        stats.counter("setup_tris", sum(|c| c.setup_tris));
+        stats.counter("culled_tris", sum(|c| c.culled_tris));
+        stats.counter("descents", sum(|c| c.descents));
+        stats.counter("node_visits", sum(|c| c.node_visits));
+        stats.counter("list_entries", entries as u64);
+        let accepts: u64 = sum(|c| c.node_accept);
+        let sum = |f: fn(&work::Counts) -> u64| self.scratch.iter().map(|w| f(&w.counts)).sum::<u64>();
+        stats.counter("node_accept", accepts + sum(|c| c.node_accept));
+        stats.counter("prepared", sum(|c| c.prepared));
+        stats.counter("kept", sum(|c| c.kept));
+        stats.counter("leaves", sum(|c| c.leaves));
+        stats.counter("group_tests", sum(|c| c.group_tests));
+        stats.counter("leaf_box_tests", sum(|c| c.leaf_box_tests));
+        stats.counter("pairs", sum(|c| c.pairs));
+        stats.counter("plane_f64", sum(|c| c.plane_f64));
+        let mut counts = super::leaf::LeafCounts::default();
+        for worker in &self.scratch {
+            counts.add(&worker.counts.leaf);
+        }
+        counts.report(stats);
+    }
+}
+
+#[inline(always)]
+fn gather_rows<S: fearless_simd::Simd>(
+    s: S,
+    pass: &leaves::Pass<'_>,
+    rows: Vec<(usize, &mut [u8])>,
+    worker: &mut leaves::Gathered,
+) {
+    for (row, mask) in rows {
+        leaves::gather(s, pass, row, mask, worker);
+    }
+}

@@ -1,0 +1,28 @@
+//! Numbers that are neither right nor wrong; the mask does not depend on them.
+
+/// Blocks of 16 samples in a tile. 32 to 256 cost the same; larger tiles test more triangles against more leaves, smaller
+/// ones prepare a triangle more often.
+pub(super) const TILE_BLOCKS: u32 = 64;
+
+/// A cell of the finest level with more blocks than this gets a grid of its own.
+pub(super) const CROWDED: u32 = 4 * TILE_BLOCKS;
+
+/// Levels of the grid of a face, even: 256 x 256 cells. One level less merges tiles that belong apart when samples are
+/// spread unevenly; one more costs 0.3 ms to clear and to sum.
+pub(super) const LEVELS: u32 = 8;
+
+/// How often a crowded cell may hold another grid.
+pub(super) const DEPTH: u32 = 6;
+
+/// A leaf's samples lie within this part of one another's nearness (of the range of the face, where that is narrow): mixing
+/// near and far samples in a leaf is what costs most in hair and foliage.
+pub(super) const DEPTH_BAND: f32 = 0.1;
+
+/// A block that falls into more leaves than this is given up: its samples are sorted one by one.
+pub(super) const BLOCK_LEAVES: u32 = 3;
+
+/// Leaves that are tested against the triangles of a tile together.
+pub(super) const GROUP: usize = 8;
+
+/// Triangles that a worker takes at a time.
+pub(super) const TRIANGLES: usize = 1024;
