@@ -4,9 +4,11 @@
 //! [`antumbra_predicates::resolve`] leaves no doubt, else in exact arithmetic. No culling, no hierarchy, no f32.
 
 use antumbra_predicates::Resolver;
+use antumbra_predicates::resolve::Decided;
 use rayon::prelude::*;
 
-use super::{Method, Samples, Stats, StatsBuilder, check_input};
+use super::debug::check_view;
+use super::{DebugView, Method, Samples, Stats, StatsBuilder, check_input};
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
 
@@ -16,6 +18,11 @@ const RUN: usize = 64;
 /// Tests every triangle against every sample: O(T N).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Oracle;
+
+const VIEWS: &[DebugView] = &[
+    DebugView::amount("blockers", "triangles that block the sample"),
+    DebugView::amount("exact", "triangles that only exact arithmetic could decide on"),
+];
 
 impl Method for Oracle {
     fn name(&self) -> &'static str {
@@ -48,5 +55,33 @@ impl Method for Oracle {
         });
         stats.stage("test_all");
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        let resolvers: Vec<Resolver> = triangles.par_iter().filter_map(|t| Resolver::new(t, light)).collect();
+        let count = |p: &[f32; 3]| {
+            if p.iter().any(|v| v.is_nan()) {
+                return f32::NAN;
+            }
+            let counts = |r: &&Resolver| {
+                let (blocks, decided) = r.blocks(*p);
+                if view == "blockers" { blocks } else { decided == Decided::Exact }
+            };
+            resolvers.iter().filter(counts).count() as f32
+        };
+        Ok(Some(samples.positions.par_iter().with_max_len(RUN).map(count).collect()))
     }
 }

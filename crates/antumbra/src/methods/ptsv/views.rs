@@ -4,23 +4,52 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::engine::Engine;
 use super::walk::Visits;
-use crate::methods::{Samples, StatsBuilder, check_input};
+use crate::methods::debug::{check_view, complete, group};
+use crate::methods::{DebugView, Samples, StatsBuilder};
 use crate::scene::{InputError, Triangle};
 
-pub(crate) const NAMES: &[&str] = &["visits", "level", "tile"];
+const VISITS: DebugView = DebugView::amount(
+    "visits",
+    "box tests and leaf visits that the sample took part in, from the root to its tile",
+);
+const LEVEL: DebugView = DebugView::label(
+    "level",
+    "height of the highest node above the sample that is in shadow as a whole: 1 if single tests decided, 0 if it is lit",
+);
+
+/// Of `ptsv`.
+pub(crate) const PTSV: &[DebugView] = &[
+    VISITS,
+    LEVEL,
+    DebugView::label(
+        "tile",
+        "the tile of 8 x 4 pixels that the sample is in; numbers only tell neighbours apart",
+    ),
+];
+
+/// Of `cptsv`.
+pub(crate) const CPTSV: &[DebugView] = &[
+    VISITS,
+    LEVEL,
+    DebugView::label("cluster", "the cluster that the sample is in; numbers only tell neighbours apart"),
+    DebugView::amount(
+        "clusters",
+        "clusters, that is occupied depth slices, of the sample's tile of 8 x 8 pixels",
+    ),
+];
 
 /// One number a sample; `None` for an unknown view.
 pub(crate) fn draw(
     engine: &mut Engine,
+    views: &[DebugView],
     view: &str,
     triangles: &[Triangle],
     samples: Samples<'_>,
     light: [f32; 3],
 ) -> Result<Option<Vec<f32>>, InputError> {
-    if !NAMES.contains(&view) {
+    if !check_view(views, view, triangles, samples, light)? {
         return Ok(None);
     }
-    check_input(triangles, samples, light, &vec![0; samples.positions.len()])?;
     super::check_count(triangles)?;
     engine.build(samples, &mut StatsBuilder::start("", ""));
     let visits = Visits::new(&engine.tree);
@@ -41,6 +70,7 @@ pub(crate) fn draw(
         }
         (sum, level)
     };
+    let clusters = leaves_of_tiles(engine);
     let mut out = vec![f32::NAN; samples.positions.len()];
     let mut scratch = Vec::new();
     engine.expand(&mut out, &mut scratch, f32::NAN, |leaf, slot| match view {
@@ -50,8 +80,22 @@ pub(crate) fn draw(
             0 => (tree.leaf_words[leaf as usize].load(Relaxed) >> slot & 1) as f32,
             level => level as f32,
         },
-        // Neighbours get far numbers (Fibonacci hashing), so that they can be told apart.
-        _ => (leaf.wrapping_mul(0x9e37_79b9) >> 24) as f32,
+        "clusters" => clusters[leaf as usize],
+        _ => group(leaf as usize),
     });
-    Ok(Some(out))
+    Ok(Some(complete(out, samples.positions)))
+}
+
+/// By leaf: how many leaves its tile has.
+fn leaves_of_tiles(engine: &Engine) -> Vec<f32> {
+    let mut counts = vec![0.0; engine.tree.leaves.len()];
+    for band in &engine.bands {
+        let mut first = 0;
+        for &end in &band.ends {
+            let records = &band.records[first as usize..end as usize];
+            records.iter().for_each(|r| counts[r.leaf as usize] = records.len() as f32);
+            first = end;
+        }
+    }
+    counts
 }

@@ -4,6 +4,24 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use super::build::Hierarchy;
 use super::order::EMPTY;
+use crate::methods::DebugView;
+use crate::methods::debug::group;
+
+pub(super) const VIEWS: &[DebugView] = &[
+    DebugView::amount(
+        "visits",
+        "triangles tested against the nodes above the sample, summed over the levels and both passes",
+    ),
+    DebugView::label(
+        "accept-level",
+        "level of the highest node above the sample that one triangle covered, 0 if none was",
+    ),
+    DebugView::label("cone", "the cone of 64 rays that the sample is in; numbers only tell neighbours apart"),
+    DebugView::amount("spread", "half angle, in degrees, of the cone of 64 rays that the sample is in"),
+];
+
+/// Level of the nodes of 64 rays.
+const CONE_LEVEL: usize = 3;
 
 /// What a traversal did at each node.
 #[derive(Debug)]
@@ -59,12 +77,18 @@ impl Record {
 
 /// The half angle, in degrees, of the cone of 64 rays (or fewer, in a small tree) that each sample is in.
 pub(super) fn spread(hierarchy: &Hierarchy, out: &mut [f32]) {
-    let level = hierarchy.top().min(3);
+    let level = hierarchy.top().min(CONE_LEVEL);
     for_each_ray(hierarchy, |leaf, sample| {
         let node = leaf >> (2 * level);
         let cone = hierarchy.level(level)[node / 4].cone(node % 4);
         out[sample] = cone.sin.atan2(cone.cos).to_degrees() as f32;
     });
+}
+
+/// A number for that cone.
+pub(super) fn cones(hierarchy: &Hierarchy, out: &mut [f32]) {
+    let level = hierarchy.top().min(CONE_LEVEL);
+    for_each_ray(hierarchy, |leaf, sample| out[sample] = group(leaf >> (2 * level)));
 }
 
 fn for_each_ray(hierarchy: &Hierarchy, mut f: impl FnMut(usize, usize)) {
