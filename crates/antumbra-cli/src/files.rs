@@ -77,6 +77,11 @@ pub(crate) fn write_picture(path: &Path, [width, height]: [usize; 2], linear: &[
     Ok(())
 }
 
+/// One number a pixel as `.exr`.
+pub(crate) fn write_numbers(path: &Path, [width, height]: [usize; 2], numbers: &[f32]) -> Result<()> {
+    Ok(write::exr::numbers(path, width, height, numbers)?)
+}
+
 /// sRGB pixels as `.png`.
 pub(crate) fn write_pixels(path: &Path, [width, height]: [usize; 2], pixels: &[[u8; 3]]) -> Result<()> {
     Ok(write::png::color(path, width, height, pixels)?)

@@ -22,14 +22,16 @@ fn exr_with_extra_channels() {
     let path = folder.path("a.exr");
     let pixels = [[0.0, 1.0, 2.0], [3.0, -4.0, 1e30]];
     write::exr::color(&path, 2, 1, &pixels, &[("mask", &[0.0, 255.0]), ("Z", &[7.0, 8.0])]).unwrap();
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(&path)
-        .unwrap();
+    let read = || {
+        exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(&path)
+    };
+    let image = read().unwrap();
     let channels: Vec<_> = image.layer_data.channel_data.list.iter().collect();
     let values = |name: &str| match &channels.iter().find(|c| c.name.to_string() == name).unwrap().sample_data
     {
@@ -38,6 +40,13 @@ fn exr_with_extra_channels() {
     };
     assert_eq!([values("R"), values("G"), values("B")], [[0.0, 3.0], [1.0, -4.0], [2.0, 1e30]]);
     assert_eq!([values("mask"), values("Z")], [[0.0, 255.0], [7.0, 8.0]]);
+
+    write::exr::numbers(&path, 1, 2, &[0.5, f32::NAN]).unwrap();
+    let image = read().unwrap();
+    let [y] = &image.layer_data.channel_data.list[..] else { panic!("one channel") };
+    let FlatSamples::F32(values) = &y.sample_data else { panic!("not f32") };
+    assert_eq!((y.name.to_string().as_str(), values[0], values[1].is_nan()), ("Y", 0.5, true));
+    assert!(write::exr::numbers(&path, 2, 2, &[0.5]).is_err());
     for (name, len) in [("R", 2), ("", 2), ("a\u{3b1}", 2), ("ok", 1)] {
         assert!(write::exr::color(&path, 2, 1, &pixels, &[(name, &vec![0.0; len])]).is_err(), "{name}");
     }

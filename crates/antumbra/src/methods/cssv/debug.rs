@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::silhouette::SilhouetteEdge;
 use crate::methods::{DebugView, Samples};
-use crate::samples::View;
 use crate::scene::Triangle;
 
 pub(super) const VIEWS: &[DebugView] = &[
@@ -103,6 +102,7 @@ fn for_each_pixel([a, b]: [[f64; 3]; 2], size: [usize; 2], mut each: impl FnMut(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::samples::View;
     use crate::scene::Camera;
 
     /// A wall at z = -10 fills the picture; an edge in front of it is drawn, one behind it and one behind the eye are not.
