@@ -114,6 +114,10 @@ pub(crate) struct Render {
     /// themselves. `--debug list` says which there are.
     #[arg(long, value_name = "NAME", help_heading = "Method")]
     pub(crate) debug: Option<String>,
+    /// The number that the last colour of --debug stands for, so that several pictures can be compared [default: by the
+    /// picture, see below].
+    #[arg(long, value_name = "NUMBER", requires = "debug", help_heading = "Method")]
+    pub(crate) debug_max: Option<String>,
     /// The picture: .png (sRGB) or .exr (linear, exposed).
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,

@@ -75,6 +75,8 @@ pub(crate) struct Render {
     pub(crate) method: Method,
     /// Drawn instead of the picture.
     pub(crate) debug: Option<DebugView>,
+    /// Where its range ends; `None` for the rule.
+    pub(crate) debug_max: Option<f32>,
     pub(crate) talk: Talk,
     pub(crate) picture: Option<PathBuf>,
     pub(crate) mask: Option<PathBuf>,
@@ -191,6 +193,7 @@ impl Render {
             view: View::new(&args.view)?,
             lights: Lights::new(&args.lights)?,
             debug: args.debug.as_deref().map(|name| debug_view(&method, name)).transpose()?,
+            debug_max: args.debug_max.as_deref().map(|n| values::positive("--debug-max", n)).transpose()?,
             method,
             talk: Talk::new(&args.report.talk),
             picture: output("-o", &args.output, &["png", "exr"])?,
@@ -383,7 +386,9 @@ mod tests {
             ("a.glb -o no/such/folder/a.png", "no folder"),
             ("a.glb -o a.png --mask a.png", "named twice"),
             ("a.glb -o a.png --method foo", "known are"),
-            ("a.glb -o a.png --method ptsv --debug depth", "has no such view; there are: visits (box tests"),
+            ("a.glb -o a.png --method ptsv --debug depth", "has no such view; there are: visits (tests of"),
+            ("a.glb -o a.png --debug visits --debug-max 0", "--debug-max 0"),
+            ("a.glb -o a.png --debug-max 3", "--debug"),
             ("a.glb --mask a.npy --debug visits", "--debug visits: give -o"),
             ("a.glb -o a.png --backend gpu", "not built into this version; use --backend cpu"),
             ("a.glb -o a.png --isa mmx", "--isa mmx"),

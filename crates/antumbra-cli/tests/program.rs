@@ -47,7 +47,7 @@ fn mistakes_are_named_on_one_or_two_lines_with_exit_code_2() {
         "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n",
     )
     .unwrap();
-    let (png, missing) = (folder.file("a.png"), folder.file("missing.glb"));
+    let [png, missing, mask] = ["a.png", "missing.glb", "m.npy"].map(|name| folder.file(name));
     for (words, parts) in [
         (vec!["render", "builtin:single", "--size", "0x0", "-o", &png], vec!["--size 0x0"]),
         (vec!["render", "builtin:single", "--size", "99999x99999", "-o", &png], vec!["--size", "million"]),
@@ -70,10 +70,10 @@ fn mistakes_are_named_on_one_or_two_lines_with_exit_code_2() {
         (vec!["render", "builtin:single", "--exclude-object", "zzz", "-o", &png], vec!["zzz", "there are"]),
         (
             vec!["render", "builtin:single", "--method", "ptsv", "--debug", "depth", "-o", &png],
-            vec!["--debug depth", "ptsv", "visits (box tests", "level (height"],
+            vec!["--debug depth", "ptsv", "visits (tests of", "level (height"],
         ),
         (
-            vec!["render", "builtin:single", "--debug", "visits", "--mask", &missing],
+            vec!["render", "builtin:single", "--debug", "visits", "--mask", &mask],
             vec!["--debug visits", "-o"],
         ),
         (vec!["render", "builtin:single"], vec!["nothing to write"]),
@@ -191,7 +191,15 @@ fn debug_views_are_listed_drawn_and_explained() {
     let [plain, tile, level] = [&plain, &png, &again].map(|path| std::fs::read(path).unwrap());
     assert!(plain != tile && tile != level && plain != level);
     assert!(std::fs::read(&exr).unwrap().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    // A range of one's own, so that pictures can be compared.
+    let words = [&words[..], &["--debug", "level", "--debug-max", "2.5", "-o", &png, "--json"]].concat();
+    let json: serde_json::Value = serde_json::from_str(&fine(&words)).unwrap();
+    assert_eq!(
+        (json["debug"]["range_to"].as_str(), &json["debug"]["lights"][0]["range"][1]),
+        (Some("as told"), &2.5.into())
+    );
     // Without --debug nothing is said of it.
+    let words = ["render", "builtin:single", "--size", "48x27", "--method", "ptsv"];
     assert!(!fine(&[&words[..], &["--json"]].concat()).contains("\"debug\""));
     // A picture for each light.
     let lights = ["--light", "0,3,0", "--light=-1,3,0", "--debug", "level", "-o", &png];

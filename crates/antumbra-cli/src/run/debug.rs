@@ -63,34 +63,37 @@ pub(crate) struct DebugReport {
 }
 
 impl DebugReport {
-    pub(crate) fn new(view: &DebugView, lights: &[Numbers]) -> DebugReport {
+    pub(crate) fn new(view: &DebugView, told: Option<f32>, lights: &[Numbers]) -> DebugReport {
         let lights = lights.iter().map(|n| n.legend).collect();
-        DebugReport { view: view.name, shows: view.shows, range_to: range_to(view), lights }
+        DebugReport { view: view.name, shows: view.shows, range_to: range_to(view, told), lights }
     }
 }
 
-fn range_to(view: &DebugView) -> String {
+fn range_to(view: &DebugView, told: Option<f32>) -> String {
     match view.scale {
+        _ if told.is_some() => "as told".to_owned(),
         Scale::Amount => format!("{PERCENTILE}th percentile"),
         Scale::Label => "largest number".to_owned(),
     }
 }
 
 impl Numbers {
-    pub(crate) fn new(view: &DebugView, numbers: Vec<f32>) -> Numbers {
-        let legend = Legend::new(&numbers, view.scale);
+    pub(crate) fn new(view: &DebugView, told: Option<f32>, numbers: Vec<f32>) -> Numbers {
+        let legend = Legend::new(&numbers, view.scale, told);
         Numbers { numbers, legend }
     }
 
     /// Says what the colours mean.
-    pub(crate) fn note(&self, view: &DebugView, progress: &Progress) {
+    pub(crate) fn note(&self, view: &DebugView, told: Option<f32>, progress: &Progress) {
         let Legend { range: [from, to], max, mean, above } = self.legend;
         progress.note(&format!(
-            "debug view {}: {}\n  colours: dark violet {from} to yellow {to} ({}); mean {mean:.2}, largest {max}, {above} of {} samples above \
-             the range",
+            "debug view {}: {}\n  colours: dark violet {from} to yellow {} ({}); mean {mean:.2}, largest {}, {above} of {} samples \
+             above the range",
             view.name,
             view.shows,
-            range_to(view),
+            short(to),
+            range_to(view, told),
+            short(max),
             self.numbers.iter().filter(|v| !v.is_nan()).count(),
         ));
     }
@@ -101,6 +104,11 @@ impl Numbers {
             return files::write_numbers(path, size, &self.numbers);
         }
         let picture = antumbra::shade::encode::picture(picture);
-        files::write_pixels(path, size, &self.legend.paint(&self.numbers, &picture))
+        files::write_painting(path, size, &self.legend.paint(&self.numbers, &picture))
     }
+}
+
+/// Whole numbers as they are, others to two places.
+fn short(number: f32) -> String {
+    if number.fract() == 0.0 { number.to_string() } else { format!("{number:.2}") }
 }

@@ -89,8 +89,8 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
             let casters = scene.soup.casters(&light.value);
             let asked = gbuffer.samples.view();
             let seen = method.debug_view(view.name, &casters.triangles, asked, light.value.position)?;
-            let seen = Numbers::new(view, seen.context("the view is not there any more")?);
-            seen.note(view, &progress);
+            let seen = Numbers::new(view, plan.debug_max, seen.context("the view is not there any more")?);
+            seen.note(view, plan.debug_max, &progress);
             numbers.push(seen);
         }
         progress.stage("debug");
@@ -142,7 +142,7 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
             .collect(),
         program_stages,
         program_ms,
-        debug: plan.debug.as_ref().map(|view| DebugReport::new(view, &numbers)),
+        debug: plan.debug.as_ref().map(|view| DebugReport::new(view, plan.debug_max, &numbers)),
     };
     if let Some(path) = &plan.stats {
         files::write_json(path, &report)?;

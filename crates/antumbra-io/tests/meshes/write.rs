@@ -10,6 +10,11 @@ fn png_colours_and_masks() {
     write::png::color(&path, 2, 1, &[[1, 2, 3], [250, 251, 252]]).unwrap();
     let read = || image::open(&path).unwrap();
     assert_eq!(read().into_rgb8().into_raw(), [1, 2, 3, 250, 251, 252]);
+    write::png::indexed(&path, 3, 1, &[[9, 8, 7], [1, 2, 3]], &[1, 0, 200]).unwrap();
+    assert_eq!(read().into_rgb8().into_raw(), [1, 2, 3, 9, 8, 7, 1, 2, 3]);
+    for palette in [&[][..], &[[0; 3]; 257]] {
+        assert!(write::png::indexed(&path, 1, 1, palette, &[0]).is_err());
+    }
     write::png::linear(&path, 1, 2, &[[0.0, 0.215_860_5, 9.0], [f32::NAN, -1.0, 1.0]]).unwrap();
     assert_eq!(read().into_rgb8().into_raw(), [0, 128, 255, 0, 0, 255]);
     write::png::mask(&path, 3, 1, &[0, 1, 255]).unwrap();

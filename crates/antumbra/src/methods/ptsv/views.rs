@@ -3,6 +3,7 @@
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::engine::Engine;
+use super::tree::Tree;
 use super::walk::Visits;
 use crate::methods::debug::{check_view, complete, group};
 use crate::methods::{DebugView, Samples, StatsBuilder};
@@ -10,7 +11,7 @@ use crate::scene::{InputError, Triangle};
 
 const VISITS: DebugView = DebugView::amount(
     "visits",
-    "box tests and leaf visits that the sample took part in, from the root to its tile",
+    "tests of the sample, and its share of the box tests: those of a node are divided among the samples below it",
 );
 const LEVEL: DebugView = DebugView::label(
     "level",
@@ -55,14 +56,16 @@ pub(crate) fn draw(
     let visits = Visits::new(&engine.tree);
     engine.traverse(triangles, light, Some(&visits));
     let tree = &engine.tree;
-    // Of a leaf, from the root down: sums of visits, and the highest node that is shadowed as a whole.
+    let below = samples_below(tree);
+    // Of a leaf, up to the root: visits (box tests would else be the same for all, as every triangle starts at the root),
+    // and the highest node that is shadowed as a whole.
     let along = |leaf: u32| {
         let mut node = leaf as usize;
-        let mut sum = u64::from(visits.leaves[node].load(Relaxed));
+        let mut sum = f64::from(visits.leaves[node].load(Relaxed));
         let mut level = 0;
         let mut parent = tree.leaves[node].parent as usize;
         for (height, l) in tree.levels.iter().enumerate() {
-            sum += u64::from(visits.groups[height][parent].load(Relaxed));
+            sum += f64::from(visits.groups[height][parent].load(Relaxed)) / below[height][parent];
             if l.words[parent].load(Relaxed) >> (node as u32 - l.groups[parent].first_child) & 1 == 1 {
                 level = height + 2;
             }
@@ -84,6 +87,19 @@ pub(crate) fn draw(
         _ => group(leaf as usize),
     });
     Ok(Some(complete(out, samples.positions)))
+}
+
+/// By level and group: samples below it.
+fn samples_below(tree: &Tree) -> Vec<Vec<f64>> {
+    let mut below: Vec<Vec<f64>> = tree.levels.iter().map(|l| vec![0.0; l.groups.len()]).collect();
+    for leaf in &tree.leaves {
+        let mut parent = leaf.parent as usize;
+        for (below, level) in below.iter_mut().zip(&tree.levels) {
+            below[parent] += f64::from(leaf.count);
+            parent = level.groups[parent].parent as usize;
+        }
+    }
+    below
 }
 
 /// By leaf: how many leaves its tile has.

@@ -10,7 +10,7 @@ use crate::methods::debug::group;
 pub(super) const VIEWS: &[DebugView] = &[
     DebugView::amount(
         "visits",
-        "triangles tested against the nodes above the sample, summed over the levels and both passes",
+        "the sample's share of the triangles tested against nodes: those of a node are divided among the rays below it",
     ),
     DebugView::label(
         "accept-level",
@@ -56,11 +56,15 @@ impl Record {
         (0..4).filter(|i| mask >> i & 1 == 1).for_each(|i| f(&self.nodes[level][4 * group + i]));
     }
 
-    /// Adds to each ray's sample the visits of the nodes above it.
+    /// Adds to each ray's sample its share of the visits of the nodes above it. (The visits themselves are nearly the same
+    /// for all: every triangle starts at the top.)
     pub(super) fn add_visits(&self, hierarchy: &Hierarchy, out: &mut [f32]) {
         for_each_ray(hierarchy, |leaf, sample| {
-            let above = |k: usize| self.nodes[k][leaf >> (2 * k)].0.load(Relaxed);
-            let sum: u32 = (1..self.nodes.len()).map(above).sum();
+            let share = |k: usize| {
+                let rays = (1u64 << (2 * k)).min(hierarchy.count as u64);
+                f64::from(self.nodes[k][leaf >> (2 * k)].0.load(Relaxed)) / rays as f64
+            };
+            let sum: f64 = (1..self.nodes.len()).map(share).sum();
             out[sample] = sum as f32 + if out[sample].is_nan() { 0.0 } else { out[sample] };
         });
     }
