@@ -35,10 +35,10 @@ the 5 % to 95 % box of their vertices if the whole box is more than four times t
 
 The exposure follows from the picture: the median lit surface gets the same brightness in every scene.
 
---debug draws one number a pixel that shows how the method works: dark violet is 0, yellow is the end of the range, grey is
-background; the picture shines through faintly. Amounts range to their 99.9th percentile (what is above it is yellow too),
-levels and labels to their largest. The range is told on stderr and, with --json, on stdout. With several lights each gets
-a picture of its own: -o p.png writes p.0.png, p.1.png, …";
+--debug draws one number a pixel that shows how the method works: dark violet is 0, yellow the end of the
+range, grey background; the picture shines through faintly. Amounts range to their 99.9th percentile (what
+is above it is yellow too), levels and labels to their largest, or all to --debug-max. The range is told on
+stderr and, with --json, on stdout. With several lights each gets a picture: -o p.png writes p.0.png, p.1.png, …";
 
 const MASK_HELP: &str = "\
 Example:
