@@ -7,7 +7,7 @@ use antumbra_predicates::Resolver;
 use antumbra_predicates::resolve::Decided;
 use rayon::prelude::*;
 
-use super::debug::check_view;
+use super::debug::{check_view, complete};
 use super::{DebugView, Method, Samples, Stats, StatsBuilder, check_input};
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
@@ -72,16 +72,16 @@ impl Method for Oracle {
             return Ok(None);
         }
         let resolvers: Vec<Resolver> = triangles.par_iter().filter_map(|t| Resolver::new(t, light)).collect();
-        let count = |p: &[f32; 3]| {
-            if p.iter().any(|v| v.is_nan()) {
-                return f32::NAN;
+        let mut out = complete(vec![0.0; samples.positions.len()], samples.positions);
+        out.par_chunks_mut(RUN).zip(samples.positions.par_chunks(RUN)).for_each(|(out, positions)| {
+            for resolver in &resolvers {
+                for (number, p) in out.iter_mut().zip(positions).filter(|(number, _)| !number.is_nan()) {
+                    let (blocks, decided) = resolver.blocks(*p);
+                    let counts = if view == "blockers" { blocks } else { decided == Decided::Exact };
+                    *number += f32::from(u8::from(counts));
+                }
             }
-            let counts = |r: &&Resolver| {
-                let (blocks, decided) = r.blocks(*p);
-                if view == "blockers" { blocks } else { decided == Decided::Exact }
-            };
-            resolvers.iter().filter(counts).count() as f32
-        };
-        Ok(Some(samples.positions.par_iter().with_max_len(RUN).map(count).collect()))
+        });
+        Ok(Some(out))
     }
 }
