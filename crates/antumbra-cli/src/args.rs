@@ -21,6 +21,8 @@ Examples:
   antumbra render scene.glb -o picture.png
   antumbra render scene.glb --light-index 0 --light-index 3 --time 2.5 -o picture.exr --mask mask.npy
   antumbra render scene.ply --light 1,2,-3 --size 640x480 --triangles t.npy --samples s.npy --mask m.npy
+  antumbra render scene.glb --method ptsv --debug list
+  antumbra render scene.glb --method ptsv --debug level -o levels.png
 
 With several lights each gets a mask of its own: --mask m.npy writes m.0.npy, m.1.npy, … in the order: --light-index,
 then --light. The same holds for --triangles where the lights do not share their casters (--skip-radius).
@@ -31,7 +33,12 @@ three-quarters from outside, as near as all fits. If no light is given: the firs
 room, under the ceiling in view; else above and beside the scene. Far-off sky domes do not count: scenes are framed by
 the 5 % to 95 % box of their vertices if the whole box is more than four times that on any axis.
 
-The exposure follows from the picture: the median lit surface gets the same brightness in every scene.";
+The exposure follows from the picture: the median lit surface gets the same brightness in every scene.
+
+--debug draws one number a pixel that shows how the method works: dark violet is 0, yellow the end of the
+range, grey background; the picture shines through faintly. Amounts range to their 99.9th percentile (what
+is above it is yellow too), levels and labels to their largest, or all to --debug-max. The range is told on
+stderr and, with --json, on stdout. With several lights each gets a picture: -o p.png writes p.0.png, p.1.png, …";
 
 const MASK_HELP: &str = "\
 Example:
@@ -103,6 +110,14 @@ pub(crate) struct Render {
     pub(crate) machine: Machine,
     #[command(flatten)]
     pub(crate) report: Report,
+    /// Draw one of the debug views of the method instead of the picture: .png in false colours, .exr with the numbers
+    /// themselves. `--debug list` says which there are.
+    #[arg(long, value_name = "NAME", help_heading = "Method")]
+    pub(crate) debug: Option<String>,
+    /// The number that the last colour of --debug stands for, so that several pictures can be compared [default: by the
+    /// picture, see below].
+    #[arg(long, value_name = "NUMBER", requires = "debug", help_heading = "Method")]
+    pub(crate) debug_max: Option<String>,
     /// The picture: .png (sRGB) or .exr (linear, exposed).
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,

@@ -7,6 +7,7 @@ use antumbra::scene::{Scene, Triangle};
 use antumbra_io::{read, write};
 use anyhow::{Context, Result, bail};
 
+use crate::false_color::Painting;
 use crate::plan::{Input, Source, ending};
 
 /// A scene, and the seconds that its animation spans.
@@ -75,6 +76,16 @@ pub(crate) fn write_picture(path: &Path, [width, height]: [usize; 2], linear: &[
         _ => write_pixels(path, [width, height], &antumbra::shade::encode::picture(linear))?,
     }
     Ok(())
+}
+
+/// One number a pixel as `.exr`.
+pub(crate) fn write_numbers(path: &Path, [width, height]: [usize; 2], numbers: &[f32]) -> Result<()> {
+    Ok(write::exr::numbers(path, width, height, numbers)?)
+}
+
+/// A picture with a palette as `.png`.
+pub(crate) fn write_painting(path: &Path, [width, height]: [usize; 2], painting: &Painting) -> Result<()> {
+    Ok(write::png::indexed(path, width, height, &painting.palette, &painting.pixels)?)
 }
 
 /// sRGB pixels as `.png`.

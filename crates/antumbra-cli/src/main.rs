@@ -3,6 +3,7 @@
 
 mod args;
 mod console;
+mod false_color;
 mod files;
 mod plan;
 mod report;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use antumbra::Isa;
-use antumbra::methods::{CATALOGUE, MethodInfo, Options, info};
+use antumbra::methods::{CATALOGUE, DebugView, MethodInfo, Options, create, info};
 use anyhow::{Result, bail};
 
 use crate::args;
@@ -73,6 +73,10 @@ pub(crate) struct Render {
     pub(crate) view: View,
     pub(crate) lights: Lights,
     pub(crate) method: Method,
+    /// Drawn instead of the picture.
+    pub(crate) debug: Option<DebugView>,
+    /// Where its range ends; `None` for the rule.
+    pub(crate) debug_max: Option<f32>,
     pub(crate) talk: Talk,
     pub(crate) picture: Option<PathBuf>,
     pub(crate) mask: Option<PathBuf>,
@@ -169,7 +173,7 @@ impl Lights {
 }
 
 impl Method {
-    fn new(args: &args::Method, isa: Isa) -> Result<Method> {
+    pub(crate) fn new(args: &args::Method, isa: Isa) -> Result<Method> {
         let info = method("--method", &args.method)?;
         Ok(Method { info, options: Options { isa, count: args.count } })
     }
@@ -183,11 +187,14 @@ impl Talk {
 
 impl Render {
     pub(crate) fn new(args: &args::Render, machine: &Machine) -> Result<Render> {
+        let method = Method::new(&args.method, machine.isa)?;
         let plan = Render {
             input: Input::new(&args.input)?,
             view: View::new(&args.view)?,
             lights: Lights::new(&args.lights)?,
-            method: Method::new(&args.method, machine.isa)?,
+            debug: args.debug.as_deref().map(|name| debug_view(&method, name)).transpose()?,
+            debug_max: args.debug_max.as_deref().map(|n| values::positive("--debug-max", n)).transpose()?,
+            method,
             talk: Talk::new(&args.report.talk),
             picture: output("-o", &args.output, &["png", "exr"])?,
             mask: output("--mask", &args.mask, &["npy", "png"])?,
@@ -200,6 +207,15 @@ impl Render {
         if files.is_empty() && !plan.talk.json {
             bail!(
                 "nothing to write: give -o picture.png, or --mask, --samples, --triangles, --stats, --json"
+            );
+        }
+        if let Some(view) = &plan.debug
+            && plan.picture.is_none()
+            && !plan.talk.json
+        {
+            bail!(
+                "--debug {}: give -o picture.png or -o numbers.exr to draw it, or --json for its range",
+                view.name
             );
         }
         distinct(&files)?;
@@ -275,6 +291,20 @@ pub(crate) fn method(option: &str, name: &str) -> Result<&'static MethodInfo> {
         }
         Err(e) => bail!("{option} {name}: {e}"),
     }
+}
+
+/// A debug view of a method by name.
+fn debug_view(method: &Method, name: &str) -> Result<DebugView> {
+    let views = create(method.info.name, &method.options)?.debug_views();
+    if let Some(view) = views.iter().find(|v| v.name == name) {
+        return Ok(*view);
+    }
+    let method = method.info.name;
+    if views.is_empty() {
+        bail!("--debug {name}: {method} has no debug views");
+    }
+    let known: Vec<String> = views.iter().map(|v| format!("{} ({})", v.name, v.shows)).collect();
+    bail!("--debug {name}: {method} has no such view; there are: {}", known.join("; "))
 }
 
 /// An output file: its ending must be one of `endings`, its folder must be there.
@@ -356,6 +386,10 @@ mod tests {
             ("a.glb -o no/such/folder/a.png", "no folder"),
             ("a.glb -o a.png --mask a.png", "named twice"),
             ("a.glb -o a.png --method foo", "known are"),
+            ("a.glb -o a.png --method ptsv --debug depth", "has no such view; there are: visits (tests of"),
+            ("a.glb -o a.png --debug visits --debug-max 0", "--debug-max 0"),
+            ("a.glb -o a.png --debug-max 3", "--debug"),
+            ("a.glb --mask a.npy --debug visits", "--debug visits: give -o"),
             ("a.glb -o a.png --backend gpu", "not built into this version; use --backend cpu"),
             ("a.glb -o a.png --isa mmx", "--isa mmx"),
             ("a.glb -o a.png --threads 0", "--threads 0"),

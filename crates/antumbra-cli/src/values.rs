@@ -33,6 +33,14 @@ pub(crate) fn radius(option: &str, text: &str) -> Result<f32> {
     }
 }
 
+/// A finite number above zero.
+pub(crate) fn positive(option: &str, text: &str) -> Result<f32> {
+    match finite(text) {
+        Some(v) if v > 0.0 => Ok(v),
+        _ => bail!("{option} {text}: expected a number above zero, e.g. {option} 100"),
+    }
+}
+
 /// Degrees of a field of view.
 pub(crate) fn angle(option: &str, text: &str) -> Result<f32> {
     match finite(text) {

@@ -47,7 +47,7 @@ fn mistakes_are_named_on_one_or_two_lines_with_exit_code_2() {
         "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n",
     )
     .unwrap();
-    let (png, missing) = (folder.file("a.png"), folder.file("missing.glb"));
+    let [png, missing, mask] = ["a.png", "missing.glb", "m.npy"].map(|name| folder.file(name));
     for (words, parts) in [
         (vec!["render", "builtin:single", "--size", "0x0", "-o", &png], vec!["--size 0x0"]),
         (vec!["render", "builtin:single", "--size", "99999x99999", "-o", &png], vec!["--size", "million"]),
@@ -68,6 +68,14 @@ fn mistakes_are_named_on_one_or_two_lines_with_exit_code_2() {
             vec!["not built into this version; use"],
         ),
         (vec!["render", "builtin:single", "--exclude-object", "zzz", "-o", &png], vec!["zzz", "there are"]),
+        (
+            vec!["render", "builtin:single", "--method", "ptsv", "--debug", "depth", "-o", &png],
+            vec!["--debug depth", "ptsv", "visits (tests of", "level (height"],
+        ),
+        (
+            vec!["render", "builtin:single", "--debug", "visits", "--mask", &mask],
+            vec!["--debug visits", "-o"],
+        ),
         (vec!["render", "builtin:single"], vec!["nothing to write"]),
         (vec!["render", "builtin:single", "--bogus"], vec!["--bogus", "antumbra render --help"]),
         (vec!["compare"], vec!["SCENE", "--help"]),
@@ -141,6 +149,62 @@ fn several_lights_have_a_mask_each() {
     assert_eq!(json["lights"].as_array().map(Vec::len), Some(2));
     assert!(["m.0.npy", "m.1.npy", "t.npy"].iter().all(|name| Path::new(&folder.file(name)).exists()));
     assert!(!Path::new(&m).exists());
+}
+
+#[test]
+fn debug_views_are_listed_drawn_and_explained() {
+    let folder = Folder::new("debug");
+    let [png, again, exr, plain] = ["d.png", "e.png", "d.exr", "p.png"].map(|name| folder.file(name));
+    for method in ["ray-cast", "ptsv", "cssv"] {
+        let list = fine(&["render", "builtin:single", "--method", method, "--debug", "list"]);
+        assert!(
+            list.starts_with(&format!("debug views of {method}:\n")) && list.lines().count() > 2,
+            "{list}"
+        );
+        let list = fine(&["render", "builtin:single", "--method", method, "--debug", "list", "--json"]);
+        let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+        let views = list["views"].as_array().unwrap();
+        assert!(views.iter().all(|v| !v["shows"].as_str().unwrap().is_empty()), "{list}");
+        for view in views {
+            let name = view["name"].as_str().unwrap();
+            let words = ["render", "builtin:single", "--size", "48x27", "--method", method, "--debug", name];
+            let output = antumbra(&[&words[..], &["-o", &png, "--json"]].concat());
+            let told = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(0), "{words:?}: {told}");
+            assert!(told.contains(&format!("debug view {name}: ")) && told.contains("yellow"), "{told}");
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            let debug = &json["debug"];
+            assert_eq!(debug["view"].as_str(), Some(name));
+            let legend = &debug["lights"][0];
+            assert_eq!(legend["range"][0], 0.0);
+            let (end, max) = (legend["range"][1].as_f64().unwrap(), legend["max"].as_f64().unwrap());
+            assert!(end <= max && (end < max) == (legend["above"].as_u64() > Some(0)), "{legend}");
+            assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+        }
+    }
+    // The colours are those of the view, not of the picture; the numbers come without colours.
+    let words = ["render", "builtin:single", "--size", "48x27", "--method", "ptsv"];
+    fine(&[&words[..], &["-o", &plain]].concat());
+    fine(&[&words[..], &["-o", &png, "--debug", "tile"]].concat());
+    fine(&[&words[..], &["-o", &again, "--debug", "level"]].concat());
+    fine(&[&words[..], &["-o", &exr, "--debug", "level"]].concat());
+    let [plain, tile, level] = [&plain, &png, &again].map(|path| std::fs::read(path).unwrap());
+    assert!(plain != tile && tile != level && plain != level);
+    assert!(std::fs::read(&exr).unwrap().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    // A range of one's own, so that pictures can be compared.
+    let words = [&words[..], &["--debug", "level", "--debug-max", "2.5", "-o", &png, "--json"]].concat();
+    let json: serde_json::Value = serde_json::from_str(&fine(&words)).unwrap();
+    assert_eq!(
+        (json["debug"]["range_to"].as_str(), &json["debug"]["lights"][0]["range"][1]),
+        (Some("as told"), &2.5.into())
+    );
+    // Without --debug nothing is said of it.
+    let words = ["render", "builtin:single", "--size", "48x27", "--method", "ptsv"];
+    assert!(!fine(&[&words[..], &["--json"]].concat()).contains("\"debug\""));
+    // A picture for each light.
+    let lights = ["--light", "0,3,0", "--light=-1,3,0", "--debug", "level", "-o", &png];
+    fine(&[&words[..], &lights].concat());
+    assert!(["d.0.png", "d.1.png"].iter().all(|name| Path::new(&folder.file(name)).exists()));
 }
 
 #[test]

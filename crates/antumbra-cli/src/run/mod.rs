@@ -1,6 +1,7 @@
 //! The verbs.
 
 mod compare;
+mod debug;
 mod info;
 mod lists;
 mod mask;
@@ -12,13 +13,16 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 
 use crate::args::Verb;
-use crate::plan::{Compare, Input, Machine, Mask, Render};
+use crate::plan::{Compare, Input, Machine, Mask, Method, Render};
 
 /// Plans a verb and runs it, in a thread pool of the size that was asked for.
 pub(crate) fn verb(verb: Verb) -> Result<ExitCode> {
     match verb {
         Verb::Render(args) => {
             let machine = Machine::new(&args.machine)?;
+            if args.debug.as_deref() == Some(debug::LIST) {
+                return debug::list(&Method::new(&args.method, machine.isa)?, args.report.talk.json);
+            }
             let plan = Render::new(&args, &machine)?;
             on(&machine, || render::run(&plan))
         }

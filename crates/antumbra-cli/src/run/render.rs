@@ -16,6 +16,7 @@ use crate::console::{Progress, print_json};
 use crate::files;
 use crate::plan::Render;
 use crate::report::{CameraReport, StageReport, StatsReport};
+use crate::run::debug::{DebugReport, Numbers};
 use crate::stage::Stage;
 
 /// `--stats` of a picture: all its lights summed up, then each.
@@ -31,6 +32,8 @@ struct RenderReport {
     /// The run around the shadows, from the start of the program.
     program_stages: Vec<StageReport>,
     program_ms: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    debug: Option<DebugReport>,
 }
 
 #[derive(Serialize)]
@@ -78,12 +81,26 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
         )?);
         masks.push(mask);
     }
+    progress.stage("shadow");
+    let mut numbers = Vec::new();
+    if let Some(view) = &plan.debug {
+        for light in &stage.lights {
+            progress.doing(format!("debug view {} of {}", view.name, method.name()));
+            let casters = scene.soup.casters(&light.value);
+            let asked = gbuffer.samples.view();
+            let seen = method.debug_view(view.name, &casters.triangles, asked, light.value.position)?;
+            let seen = Numbers::new(view, plan.debug_max, seen.context("the view is not there any more")?);
+            seen.note(view, plan.debug_max, &progress);
+            numbers.push(seen);
+        }
+        progress.stage("debug");
+    }
     // Its memory is not needed any more, and the picture's is to come.
     drop(method);
-    progress.stage("shadow");
 
     progress.doing("shading");
-    let outputs = Outputs { plan, scene: &scene, stage: &stage, gbuffer: &gbuffer, masks: &masks };
+    let outputs =
+        Outputs { plan, scene: &scene, stage: &stage, gbuffer: &gbuffer, masks: &masks, numbers: &numbers };
     let picture = outputs.shade()?;
     progress.stage("shade");
     progress.doing("writing");
@@ -125,6 +142,7 @@ pub(crate) fn run(plan: &Render) -> Result<ExitCode> {
             .collect(),
         program_stages,
         program_ms,
+        debug: plan.debug.as_ref().map(|view| DebugReport::new(view, plan.debug_max, &numbers)),
     };
     if let Some(path) = &plan.stats {
         files::write_json(path, &report)?;
@@ -185,6 +203,8 @@ struct Outputs<'a> {
     stage: &'a Stage,
     gbuffer: &'a GBuffer,
     masks: &'a [Vec<u8>],
+    /// Of the debug view, if there is one: by light.
+    numbers: &'a [Numbers],
 }
 
 /// A file, and what makes it.
@@ -196,7 +216,13 @@ impl Outputs<'_> {
         let plan = self.plan;
         let size = plan.view.size;
         let mut jobs: Vec<Job<'_>> = Vec::new();
-        if let Some(path) = &plan.picture {
+        for (k, numbers) in self.numbers.iter().enumerate() {
+            if let Some(path) = &plan.picture {
+                let path = files::numbered(path, k, self.numbers.len());
+                jobs.push((path, Box::new(move |path| numbers.write(path, size, picture))));
+            }
+        }
+        if let Some(path) = plan.picture.as_ref().filter(|_| plan.debug.is_none()) {
             jobs.push((path.clone(), Box::new(move |path| files::write_picture(path, size, picture))));
         }
         if let Some(path) = &plan.mask {

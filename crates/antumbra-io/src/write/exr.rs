@@ -24,9 +24,6 @@ pub fn color(
     extra: &[(&str, &[f32])],
 ) -> Result<(), Error> {
     check_len(path, "picture", pixels.len(), &[height, width])?;
-    if ![width, height].iter().all(|s| (1..=1 << 24).contains(s)) {
-        return Err(Error::content(path, format!("a picture of {width} x {height} pixels is not possible")));
-    }
     let mut channels = SmallVec::new();
     for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
         let values = pixels.iter().map(|p| p[k]).collect();
@@ -41,6 +38,28 @@ pub fn color(
         let name = Text::new_or_none(name)
             .ok_or_else(|| Error::content(path, format!("channel name {name:?} has letters EXR lacks")))?;
         channels.push(AnyChannel::new(name, FlatSamples::F32(values.to_vec())));
+    }
+    write(path, width, height, channels)
+}
+
+/// Writes one number a pixel, NaN and all, as the channel `Y`, which viewers show as grey.
+///
+/// # Errors
+/// [`Error`] names the file that cannot be written, or the size that does not fit.
+pub fn numbers(path: &Path, width: usize, height: usize, values: &[f32]) -> Result<(), Error> {
+    check_len(path, "picture", values.len(), &[height, width])?;
+    let channel = AnyChannel::new("Y", FlatSamples::F32(values.to_vec()));
+    write(path, width, height, std::iter::once(channel).collect())
+}
+
+fn write(
+    path: &Path,
+    width: usize,
+    height: usize,
+    channels: SmallVec<[AnyChannel<FlatSamples>; 4]>,
+) -> Result<(), Error> {
+    if ![width, height].iter().all(|s| (1..=1 << 24).contains(s)) {
+        return Err(Error::content(path, format!("a picture of {width} x {height} pixels is not possible")));
     }
     // ZIP and PIZ take five times as long for a fifth less; run lengths shrink what is flat: masks and backgrounds.
     let encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };

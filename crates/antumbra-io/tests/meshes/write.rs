@@ -10,6 +10,11 @@ fn png_colours_and_masks() {
     write::png::color(&path, 2, 1, &[[1, 2, 3], [250, 251, 252]]).unwrap();
     let read = || image::open(&path).unwrap();
     assert_eq!(read().into_rgb8().into_raw(), [1, 2, 3, 250, 251, 252]);
+    write::png::indexed(&path, 3, 1, &[[9, 8, 7], [1, 2, 3]], &[1, 0, 200]).unwrap();
+    assert_eq!(read().into_rgb8().into_raw(), [1, 2, 3, 9, 8, 7, 1, 2, 3]);
+    for palette in [&[][..], &[[0; 3]; 257]] {
+        assert!(write::png::indexed(&path, 1, 1, palette, &[0]).is_err());
+    }
     write::png::linear(&path, 1, 2, &[[0.0, 0.215_860_5, 9.0], [f32::NAN, -1.0, 1.0]]).unwrap();
     assert_eq!(read().into_rgb8().into_raw(), [0, 128, 255, 0, 0, 255]);
     write::png::mask(&path, 3, 1, &[0, 1, 255]).unwrap();
@@ -22,14 +27,16 @@ fn exr_with_extra_channels() {
     let path = folder.path("a.exr");
     let pixels = [[0.0, 1.0, 2.0], [3.0, -4.0, 1e30]];
     write::exr::color(&path, 2, 1, &pixels, &[("mask", &[0.0, 255.0]), ("Z", &[7.0, 8.0])]).unwrap();
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(&path)
-        .unwrap();
+    let read = || {
+        exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(&path)
+    };
+    let image = read().unwrap();
     let channels: Vec<_> = image.layer_data.channel_data.list.iter().collect();
     let values = |name: &str| match &channels.iter().find(|c| c.name.to_string() == name).unwrap().sample_data
     {
@@ -38,6 +45,13 @@ fn exr_with_extra_channels() {
     };
     assert_eq!([values("R"), values("G"), values("B")], [[0.0, 3.0], [1.0, -4.0], [2.0, 1e30]]);
     assert_eq!([values("mask"), values("Z")], [[0.0, 255.0], [7.0, 8.0]]);
+
+    write::exr::numbers(&path, 1, 2, &[0.5, f32::NAN]).unwrap();
+    let image = read().unwrap();
+    let [y] = &image.layer_data.channel_data.list[..] else { panic!("one channel") };
+    let FlatSamples::F32(values) = &y.sample_data else { panic!("not f32") };
+    assert_eq!((y.name.to_string().as_str(), values[0], values[1].is_nan()), ("Y", 0.5, true));
+    assert!(write::exr::numbers(&path, 2, 2, &[0.5]).is_err());
     for (name, len) in [("R", 2), ("", 2), ("a\u{3b1}", 2), ("ok", 1)] {
         assert!(write::exr::color(&path, 2, 1, &pixels, &[(name, &vec![0.0; len])]).is_err(), "{name}");
     }

@@ -3,6 +3,7 @@
 mod catalogue;
 mod cptsv;
 mod cssv;
+pub(crate) mod debug;
 mod dpsv;
 pub(crate) mod leaf;
 mod light_tiles;
@@ -17,6 +18,7 @@ mod stats;
 pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use cptsv::{Cptsv, DenseLayout};
 pub use cssv::Cssv;
+pub use debug::{DebugView, Scale};
 pub use dpsv::{Dpsv, Query as DpsvQuery};
 pub use light_tiles::LightTiles;
 pub use ofts::Ofts;
@@ -73,6 +75,27 @@ pub trait Method: Send {
         light: [f32; 3],
         mask: &mut [u8],
     ) -> Result<Stats, InputError>;
+
+    /// The pictures that [`Method::debug_view`] can make.
+    fn debug_views(&self) -> &'static [DebugView] {
+        &[]
+    }
+
+    /// Answers once more, and returns for every sample one number that shows what was done: NaN where there is no sample,
+    /// and nowhere else. `None` if there is no view of that name.
+    ///
+    /// # Errors
+    /// As [`Method::shadow`].
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        let _ = (view, triangles, samples, light);
+        Ok(None)
+    }
 }
 
 /// The checks at the border, the same for every method.
@@ -82,6 +105,15 @@ pub(crate) fn check_input(
     light: [f32; 3],
     mask: &[u8],
 ) -> Result<(), InputError> {
+    check_asked(triangles, samples, light)?;
+    if mask.len() != samples.positions.len() {
+        return Err(InputError::Length { what: "mask", got: mask.len(), expected: samples.positions.len() });
+    }
+    Ok(())
+}
+
+/// The checks of everything but the mask.
+fn check_asked(triangles: &[Triangle], samples: Samples<'_>, light: [f32; 3]) -> Result<(), InputError> {
     crate::scene::check_triangles(triangles)?;
     if !light.iter().all(|v| v.is_finite()) {
         return Err(InputError::NotFinite { what: "light", index: 0 });
@@ -89,9 +121,6 @@ pub(crate) fn check_input(
     let limit = u32::MAX as usize - 1;
     if samples.positions.len() > limit {
         return Err(InputError::TooMany { what: "samples", got: samples.positions.len(), limit });
-    }
-    if mask.len() != samples.positions.len() {
-        return Err(InputError::Length { what: "mask", got: mask.len(), expected: samples.positions.len() });
     }
     if let Some(index) = samples.positions.iter().position(|p| p.iter().any(|v| v.is_infinite())) {
         return Err(InputError::NotFinite { what: "sample", index });

@@ -4,9 +4,11 @@
 //! [`antumbra_predicates::resolve`] leaves no doubt, else in exact arithmetic. No culling, no hierarchy, no f32.
 
 use antumbra_predicates::Resolver;
+use antumbra_predicates::resolve::Decided;
 use rayon::prelude::*;
 
-use super::{Method, Samples, Stats, StatsBuilder, check_input};
+use super::debug::{check_view, complete};
+use super::{DebugView, Method, Samples, Stats, StatsBuilder, check_input};
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
 
@@ -16,6 +18,11 @@ const RUN: usize = 64;
 /// Tests every triangle against every sample: O(T N).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Oracle;
+
+const VIEWS: &[DebugView] = &[
+    DebugView::amount("blockers", "triangles that block the sample"),
+    DebugView::amount("exact", "triangles that only exact arithmetic could decide on"),
+];
 
 impl Method for Oracle {
     fn name(&self) -> &'static str {
@@ -48,5 +55,33 @@ impl Method for Oracle {
         });
         stats.stage("test_all");
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        let resolvers: Vec<Resolver> = triangles.par_iter().filter_map(|t| Resolver::new(t, light)).collect();
+        let mut out = complete(vec![0.0; samples.positions.len()], samples.positions);
+        out.par_chunks_mut(RUN).zip(samples.positions.par_chunks(RUN)).for_each(|(out, positions)| {
+            for resolver in &resolvers {
+                for (number, p) in out.iter_mut().zip(positions).filter(|(number, _)| !number.is_nan()) {
+                    let (blocks, decided) = resolver.blocks(*p);
+                    let counts = if view == "blockers" { blocks } else { decided == Decided::Exact };
+                    *number += f32::from(u8::from(counts));
+                }
+            }
+        });
+        Ok(Some(out))
     }
 }

@@ -26,7 +26,7 @@ pub use dense::DenseLayout;
 use super::ptsv::engine::{Engine, Shape};
 use super::ptsv::tiles::Tiling;
 use super::ptsv::{Tuning, check_count, views};
-use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
 use crate::scene::{InputError, Triangle};
 
@@ -54,25 +54,6 @@ impl Cptsv {
     /// With other trade-offs.
     pub fn with_tuning(isa: Isa, tuning: Tuning) -> Cptsv {
         Cptsv { engine: Engine::new(Shape { tile: TILE, clusters: true }, isa, tuning) }
-    }
-
-    /// What [`Cptsv::debug_view`] can draw.
-    pub fn debug_views(&self) -> &'static [&'static str] {
-        views::NAMES
-    }
-
-    /// As [`super::Ptsv::debug_view`]; `tile` is a number for the cluster.
-    ///
-    /// # Errors
-    /// As [`Method::shadow`].
-    pub fn debug_view(
-        &mut self,
-        view: &str,
-        triangles: &[Triangle],
-        samples: Samples<'_>,
-        light: [f32; 3],
-    ) -> Result<Option<Vec<f32>>, InputError> {
-        views::draw(&mut self.engine, view, triangles, samples, light)
     }
 
     /// Counters of the clusters, and what the dense layout would have taken for this picture.
@@ -111,6 +92,20 @@ impl Method for Cptsv {
         self.engine.run(triangles, samples, light, mask, &mut stats);
         self.report(&mut stats);
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        views::CPTSV
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        views::draw(&mut self.engine, views::CPTSV, view, triangles, samples, light)
     }
 }
 

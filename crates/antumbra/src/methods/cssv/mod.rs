@@ -33,6 +33,7 @@
 //! Cost: adjacency O(T) by radix sort and silhouette O(T + E) every frame; counting O(faces × log N + their outlines in pixels).
 
 mod adjacency;
+mod debug;
 mod direction;
 mod face;
 mod reference;
@@ -52,7 +53,8 @@ use self::reference::Reference;
 use self::silhouette::Casters;
 use self::tiles::Tree;
 use self::traverse::{Counts, Lists, Trace, Walk};
-use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use super::debug::{check_view, complete};
+use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
@@ -150,28 +152,24 @@ impl Cssv {
         Some(counts)
     }
 
-    /// Names of the pictures that [`Cssv::debug_view`] can make.
-    pub fn debug_views(&self) -> &'static [&'static str] {
-        &["faces", "volumes"]
-    }
-
-    /// One number a sample: `faces` that had to be tested against it one by one, or shadow `volumes` that contain it.
-    /// `None` for another name, for input that [`Method::shadow`] refuses, or where no eye ray was counted.
-    pub fn debug_view(
+    /// The numbers of a view, from a run of its own.
+    fn draw(
         &mut self,
         view: &str,
         triangles: &[Triangle],
         samples: Samples<'_>,
         light: [f32; 3],
-    ) -> Option<Vec<f32>> {
+    ) -> Vec<f32> {
         let positions = samples.positions;
-        let mask = vec![0; positions.len()];
-        if !self.debug_views().contains(&view) || check_input(triangles, samples, light, &mask).is_err() {
-            return None;
-        }
         let mut stats = StatsBuilder::start(self.name(), self.isa.resolved().name());
         let mut trace = Trace::default();
-        self.run(triangles, samples, light, &mut stats, Some(&mut trace))?;
+        let counted = self.run(triangles, samples, light, &mut stats, Some(&mut trace)).is_some();
+        if view == "silhouette" {
+            return debug::silhouettes(&self.casters.edges, samples);
+        }
+        if !counted {
+            return debug::test_all(view, triangles, positions, light);
+        }
         let mut out = vec![0.0; positions.len()];
         self.tree.scatter(&mut out, |out, packet, slot| {
             let value = match view {
@@ -180,7 +178,7 @@ impl Cssv {
             };
             *out = value.load(Relaxed) as f32;
         });
-        Some(out)
+        out
     }
 
     fn write_mask(&self, positions: &[[f32; 3]], mask: &mut [u8]) {
@@ -208,6 +206,14 @@ fn test_all(triangles: &[Triangle], positions: &[[f32; 3]], light: [f32; 3], mas
     });
 }
 
+fn check_count(triangles: &[Triangle]) -> Result<(), InputError> {
+    let limit = MAX_TRIANGLES;
+    if triangles.len() > limit {
+        return Err(InputError::TooMany { what: "triangles", got: triangles.len(), limit });
+    }
+    Ok(())
+}
+
 impl Method for Cssv {
     fn name(&self) -> &'static str {
         if self.pass { "zpass" } else { "cssv" }
@@ -222,10 +228,7 @@ impl Method for Cssv {
     ) -> Result<Stats, InputError> {
         let mut stats = StatsBuilder::start(self.name(), self.isa.resolved().name());
         check_input(triangles, samples, light, mask)?;
-        if triangles.len() > MAX_TRIANGLES {
-            let (got, limit) = (triangles.len(), MAX_TRIANGLES);
-            return Err(InputError::TooMany { what: "triangles", got, limit });
-        }
+        check_count(triangles)?;
         stats.stage("check_input");
         let mut fallback = 0;
         if let Some(counts) = self.run(triangles, samples, light, &mut stats, None) {
@@ -246,5 +249,23 @@ impl Method for Cssv {
         stats.bytes("tree", self.tree.bytes());
         stats.bytes("lists", self.lists.bytes());
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        debug::VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(debug::VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        check_count(triangles)?;
+        Ok(Some(complete(self.draw(view, triangles, samples, light), samples.positions)))
     }
 }

@@ -2,52 +2,43 @@
 
 use rayon::prelude::*;
 
-use super::Dpsv;
 use super::build::Tree;
 use super::node::{CAP, NONE, Sample};
 use super::query::Counts;
 use super::stackless::{in_wedge, inside};
-use crate::methods::{Samples, check_input};
-use crate::scene::{InputError, Triangle};
+use crate::methods::{DebugView, Samples};
+use crate::scene::Triangle;
 
-/// Names and what they show.
-const VIEWS: &[(&str, &str)] = &[
-    ("visits", "triangles of the tree that the sample visits until it is in shadow or done"),
-    ("depth", "depth in the tree of the triangle that blocks the sample; 0 if none does"),
-    ("exact", "signs that the sample takes to exact arithmetic"),
+pub(super) const VIEWS: &[DebugView] = &[
+    DebugView::amount("visits", "triangles of the tree that the sample visits until it is in shadow or done"),
+    DebugView::label(
+        "depth",
+        "depth in the tree of the triangle that blocks the sample; 0 if none of the tree does",
+    ),
+    DebugView::amount("exact", "signs that the sample takes to exact arithmetic"),
 ];
 
-impl Dpsv {
-    /// The pictures that [`Dpsv::debug_view`] can make: names and what they show.
-    pub fn debug_views(&self) -> &'static [(&'static str, &'static str)] {
-        VIEWS
-    }
-
-    /// One number a sample (NaN where there is no sample): a rerun of the frame, each sample alone with a stack of its own. `None`
-    /// if there is no such view.
-    ///
-    /// # Errors
-    /// As [`crate::methods::Method::shadow`].
-    pub fn debug_view(
-        &mut self,
-        name: &str,
-        triangles: &[Triangle],
-        samples: Samples<'_>,
-        light: [f32; 3],
-    ) -> Result<Option<Vec<f32>>, InputError> {
-        let Some(view) = VIEWS.iter().position(|v| v.0 == name) else { return Ok(None) };
-        check_input(triangles, samples, light, &vec![0; samples.positions.len()])?;
-        self.tree.build(triangles, light, self.max_depth);
-        let tree = &self.tree;
-        let look = |p: &[f32; 3]| {
-            if p.iter().any(|v| v.is_nan()) {
-                return f32::NAN;
-            }
-            let (visits, depth, exact) = walk(tree, &Sample::new(*p, light), triangles, light);
-            [visits, depth, exact][view] as f32
+/// One number a sample, each alone with a stack of its own.
+pub(super) fn draw(
+    tree: &Tree,
+    view: &str,
+    triangles: &[Triangle],
+    samples: Samples<'_>,
+    light: [f32; 3],
+) -> Vec<f32> {
+    let look = |p: &[f32; 3]| {
+        if p.iter().any(|v| v.is_nan()) {
+            return f32::NAN;
+        }
+        let (visits, depth, exact) = walk(tree, &Sample::new(*p, light), triangles, light);
+        let number = match view {
+            "visits" => visits,
+            "depth" => depth,
+            _ => exact,
         };
-        Ok(Some(samples.positions.par_iter().map(look).collect()))
-    }
+        number as f32
+    };
+    samples.positions.par_iter().map(look).collect()
 }
 
 /// Visits, depth of the blocker, exact signs of one sample.

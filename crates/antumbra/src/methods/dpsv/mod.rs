@@ -33,7 +33,8 @@ mod tuning;
 use rayon::prelude::*;
 
 use self::build::Tree;
-use super::{Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input};
+use super::debug::check_view;
+use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
 use crate::bvh::build::morton;
 use crate::mask::{NONE, SHADOWED};
@@ -137,10 +138,7 @@ impl Method for Dpsv {
         let isa = self.isa.resolved();
         let mut stats = StatsBuilder::start(self.name(), isa.name());
         check_input(triangles, samples, light, mask)?;
-        if triangles.len() > MAX_TRIANGLES {
-            let (got, limit) = (triangles.len(), MAX_TRIANGLES);
-            return Err(InputError::TooMany { what: "triangles", got, limit });
-        }
+        check_count(triangles)?;
         stats.stage("check_input");
         self.tree.build(triangles, light, self.max_depth);
         stats.stage("build_tree");
@@ -179,6 +177,33 @@ impl Method for Dpsv {
         counts.report(&mut stats);
         Ok(stats.finish(triangles.len(), mask))
     }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        debug::VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(debug::VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        check_count(triangles)?;
+        self.tree.build(triangles, light, self.max_depth);
+        Ok(Some(debug::draw(&self.tree, view, triangles, samples, light)))
+    }
+}
+
+fn check_count(triangles: &[Triangle]) -> Result<(), InputError> {
+    let limit = MAX_TRIANGLES;
+    if triangles.len() > limit {
+        return Err(InputError::TooMany { what: "triangles", got: triangles.len(), limit });
+    }
+    Ok(())
 }
 
 impl List {

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use super::build::{Tree, build_sequentially};
 use super::node::{NONE, Node, Sample};
 use super::{Dpsv, Query};
-use crate::methods::{Method, Options, Oracle, Samples, Stats};
+use crate::methods::{DebugView, Method, Options, Oracle, Samples, Stats};
 use crate::scene::{Triangle, procedural};
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
@@ -266,7 +266,7 @@ fn debug_views_know_the_mask() {
     for (m, d) in mask.iter().zip(depth) {
         assert_eq!(*m, if d.is_nan() { 255 } else { u8::from(d > 0.0) });
     }
-    for (name, _) in method.debug_views() {
+    for DebugView { name, .. } in method.debug_views() {
         assert!(method.debug_view(name, &room.soup.positions, samples, light).unwrap().is_some());
     }
     assert!(method.debug_view("no such view", &room.soup.positions, samples, light).unwrap().is_none());

@@ -22,6 +22,7 @@
 
 mod bins;
 mod build;
+mod debug;
 mod face;
 mod grid;
 #[cfg(test)]
@@ -35,12 +36,13 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use fearless_simd::dispatch;
 use rayon::prelude::*;
 
-use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use super::debug::check_view;
+use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
 use bins::{BinCounts, Bins, Frame};
-use build::{Lists, NO_ID, SUB_GRID, Tile, TileLists};
+use build::{Lists, NO_ID, Tile, TileLists};
 use face::FACES;
 use traverse::Counts;
 use windows::Window;
@@ -226,6 +228,26 @@ impl Method for Ofts {
         done.counts.leaf.report(&mut stats);
         Ok(stats.finish(triangles.len(), mask))
     }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        debug::VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(debug::VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        check_count(triangles)?;
+        let mut stats = StatsBuilder::start("ofts", self.isa.resolved().name());
+        let done = self.run(triangles, samples.positions, light, true, &mut stats);
+        Ok(Some(debug::draw(&self.tiles[..done.tiles], view, samples.positions)))
+    }
 }
 
 /// Pairs hold the number of a triangle in 32 bits.
@@ -235,49 +257,4 @@ fn check_count(triangles: &[Triangle]) -> Result<(), InputError> {
         return Err(InputError::TooMany { what: "triangles", got: triangles.len(), limit });
     }
     Ok(())
-}
-
-impl Ofts {
-    /// What [`Ofts::debug_view`] can show.
-    pub const DEBUG_VIEWS: &'static [&'static str] = &["tests", "list-length", "grid-level"];
-
-    /// One number a sample, NaN where there is none: `tests` (exact tests of the sample), `list-length` (samples in its
-    /// list), `grid-level` (sub-grids around its list). `None` for any other name.
-    ///
-    /// # Errors
-    /// As [`Method::shadow`].
-    pub fn debug_view(
-        &mut self,
-        view: &str,
-        triangles: &[Triangle],
-        samples: Samples<'_>,
-        light: [f32; 3],
-    ) -> Result<Option<Vec<f32>>, InputError> {
-        if !Ofts::DEBUG_VIEWS.contains(&view) {
-            return Ok(None);
-        }
-        let mut out = vec![f32::NAN; samples.positions.len()];
-        check_input(triangles, samples, light, &vec![0; out.len()])?;
-        check_count(triangles)?;
-        let mut stats = StatsBuilder::start("ofts", self.isa.resolved().name());
-        let done = self.run(triangles, samples.positions, light, true, &mut stats);
-        for tile in &self.tiles[..done.tiles] {
-            for node in &tile.nodes {
-                let cells = &tile.cells[node.first_cell as usize..][..node.grid.cells()];
-                for cell in cells.iter().filter(|c| c.blocks != SUB_GRID) {
-                    let blocks = cell.first as usize..(cell.first + cell.blocks) as usize;
-                    let real = |i: usize| (0..8).filter(move |&lane| tile.blocks[i].id[lane] != NO_ID);
-                    let length: usize = blocks.clone().map(|i| real(i).count()).sum();
-                    for (i, lane) in blocks.flat_map(|i| real(i).map(move |lane| (i, lane))) {
-                        out[tile.blocks[i].id[lane] as usize] = match view {
-                            "tests" => tile.tests[i][lane] as f32,
-                            "list-length" => length as f32,
-                            _ => node.level as f32,
-                        };
-                    }
-                }
-            }
-        }
-        Ok(Some(out))
-    }
 }

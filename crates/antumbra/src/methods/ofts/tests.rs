@@ -173,7 +173,7 @@ fn debug_views_agree_with_the_counters() {
     let mut mask = vec![0; positions.len()];
     let stats = method.shadow(&triangles, samples, light, &mut mask).unwrap();
     let counter = |name: &str| stats.counters.iter().find(|c| c.0 == name).unwrap().1 as f32;
-    for view in Ofts::DEBUG_VIEWS {
+    for DebugView { name: view, .. } in method.debug_views() {
         let values = method.debug_view(view, &triangles, samples, light).unwrap().unwrap();
         assert!(values.iter().zip(&mask).all(|(v, m)| v.is_nan() == (*m == NONE)), "{view}");
         let known = values.iter().filter(|v| !v.is_nan());

@@ -34,7 +34,7 @@ pub(crate) mod walk;
 
 pub use tuning::Tuning;
 
-use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
 use crate::scene::{InputError, Triangle};
 use engine::{Engine, Shape};
@@ -64,27 +64,6 @@ impl Ptsv {
     pub fn with_tuning(isa: Isa, tuning: Tuning) -> Ptsv {
         Ptsv { engine: Engine::new(Shape { tile: TILE, clusters: false }, isa, tuning) }
     }
-
-    /// What [`Ptsv::debug_view`] can draw.
-    pub fn debug_views(&self) -> &'static [&'static str] {
-        views::NAMES
-    }
-
-    /// Answers once more and returns one number a sample: `visits` (box tests and leaf visits that the sample took part
-    /// in), `level` (height of the node that shadowed it: 1 = a leaf test, 0 = lit), `tile` (a number for its tile). NaN
-    /// where there is no sample. `None` for an unknown view.
-    ///
-    /// # Errors
-    /// As [`Method::shadow`].
-    pub fn debug_view(
-        &mut self,
-        view: &str,
-        triangles: &[Triangle],
-        samples: Samples<'_>,
-        light: [f32; 3],
-    ) -> Result<Option<Vec<f32>>, InputError> {
-        views::draw(&mut self.engine, view, triangles, samples, light)
-    }
 }
 
 impl Method for Ptsv {
@@ -105,6 +84,20 @@ impl Method for Ptsv {
         stats.stage("check_input");
         self.engine.run(triangles, samples, light, mask, &mut stats);
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        views::PTSV
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        views::draw(&mut self.engine, views::PTSV, view, triangles, samples, light)
     }
 }
 

@@ -8,7 +8,7 @@ use super::space::Space;
 use super::{Ptsv, Tuning};
 use crate::Isa;
 use crate::mask::{LIT, SHADOWED};
-use crate::methods::{Method, Oracle, Samples};
+use crate::methods::{DebugView, Method, Oracle, Samples};
 use crate::samples::View;
 use crate::scene::{Camera, Triangle};
 
@@ -149,7 +149,7 @@ fn views_have_one_number_a_sample() {
         let mut mask = vec![9; positions.len()];
         let mut method = Ptsv::default();
         method.shadow(&triangles, samples, [0.0; 3], &mut mask).expect("finite");
-        for name in method.debug_views() {
+        for DebugView { name, .. } in method.debug_views() {
             let out = method.debug_view(name, &triangles, samples, [0.0; 3]).expect("finite").expect("known");
             assert_eq!(out.len(), positions.len());
             assert!(out.iter().enumerate().all(|(i, v)| v.is_nan() == (i == 5)));

@@ -10,11 +10,13 @@
 //!
 //! Cost: build O(T) after a radix sort; trace O(N log T) expected.
 
+mod debug;
 mod trace;
 
 use rayon::prelude::*;
 
-use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use super::debug::{check_view, complete};
+use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
 use crate::bvh::Bvh;
 use crate::bvh::build::morton;
@@ -86,25 +88,7 @@ impl Method for RayCast {
         check_input(triangles, samples, light, mask)?;
         check_count(triangles)?;
         stats.stage("check_input");
-        if !self.kept {
-            self.bvh.build(triangles);
-        }
-        stats.stage("build_hierarchy");
-        let is_list = samples.width >= samples.positions.len();
-        let counts = if is_list && samples.positions.len() > crate::bvh::packet::PACKET {
-            self.sort_list(samples.positions);
-            stats.stage("sort_samples");
-            self.sorted_mask.resize(self.sorted.len(), NONE);
-            let sorted = Samples::list(&self.sorted);
-            let counts = trace::trace(isa, &self.bvh, triangles, sorted, light, &mut self.sorted_mask);
-            mask.fill(NONE);
-            for (key, m) in self.order.iter().zip(&self.sorted_mask) {
-                mask[(key & 0xffff_ffff) as usize] = *m;
-            }
-            counts
-        } else {
-            trace::trace(isa, &self.bvh, triangles, samples, light, mask)
-        };
+        let counts = self.run(triangles, samples, light, mask, &mut stats, None);
         stats.stage("trace");
         let (nodes, leaves) = self.bvh.bytes();
         stats.bytes("nodes", nodes);
@@ -112,9 +96,68 @@ impl Method for RayCast {
         counts.report(&mut stats);
         Ok(stats.finish(triangles.len(), mask))
     }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        debug::VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(debug::VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        check_count(triangles)?;
+        let n = samples.positions.len();
+        let mut record = debug::Record::new(n);
+        let mut stats = StatsBuilder::start("ray-cast", self.isa.resolved().name());
+        self.run(triangles, samples, light, &mut vec![NONE; n], &mut stats, Some(&mut record));
+        Ok(Some(complete(record.numbers(view), samples.positions)))
+    }
 }
 
 impl RayCast {
+    /// Builds and traces. `record` is filled if it is there.
+    fn run(
+        &mut self,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+        mask: &mut [u8],
+        stats: &mut StatsBuilder,
+        record: Option<&mut debug::Record>,
+    ) -> trace::Counts {
+        let isa = self.isa.resolved();
+        if !self.kept {
+            self.bvh.build(triangles);
+        }
+        stats.stage("build_hierarchy");
+        let is_list = samples.width >= samples.positions.len();
+        if !is_list || samples.positions.len() <= crate::bvh::packet::PACKET {
+            return trace::trace(isa, &self.bvh, triangles, samples, light, mask, record.as_deref());
+        }
+        self.sort_list(samples.positions);
+        stats.stage("sort_samples");
+        self.sorted_mask.resize(self.sorted.len(), NONE);
+        let sorted = Samples::list(&self.sorted);
+        let mask_of_sorted = &mut self.sorted_mask;
+        let counts =
+            trace::trace(isa, &self.bvh, triangles, sorted, light, mask_of_sorted, record.as_deref());
+        let place = |key: &u64| (key & 0xffff_ffff) as usize;
+        mask.fill(NONE);
+        for (key, m) in self.order.iter().zip(&self.sorted_mask) {
+            mask[place(key)] = *m;
+        }
+        if let Some(record) = record {
+            record.unsort(self.order.iter().map(place));
+        }
+        counts
+    }
+
     /// Puts the samples of a bare list into Morton order, background left out, so that neighbours are close.
     fn sort_list(&mut self, positions: &[[f32; 3]]) {
         let valid = |p: &[f32; 3]| !p.iter().any(|v| v.is_nan());

@@ -4,6 +4,7 @@ use antumbra_predicates::{Coefficients, Resolver, SampleGroup, exact, resolve::D
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
+use super::debug::Record;
 use crate::Isa;
 use crate::bvh::packet::{Cone, Packet, Stack, VECTORS, Visitor, WalkCounts, part, walk};
 use crate::bvh::{Bvh, Leaf, WIDTH};
@@ -62,6 +63,7 @@ pub(super) fn trace(
     samples: Samples<'_>,
     light: [f32; 3],
     mask: &mut [u8],
+    record: Option<&Record>,
 ) -> Counts {
     let level = isa.level().unwrap_or_else(fearless_simd::Level::new);
     let width = samples.width.max(1);
@@ -70,13 +72,16 @@ pub(super) fn trace(
     let band = if is_list { 64 * TILE } else { width * TILE };
     mask.par_chunks_mut(band)
         .zip(samples.positions.par_chunks(band))
-        .map(|(mask, positions)| {
-            dispatch!(level, s => trace_band(s, bvh, triangles, positions, if is_list { 0 } else { width }, light, mask))
+        .enumerate()
+        .map(|(i, (mask, positions))| {
+            let record = record.map(|r| (r, i * band));
+            dispatch!(level, s => trace_band(s, bvh, triangles, positions, if is_list { 0 } else { width }, light, mask, record))
         })
         .reduce(Counts::default, Counts::add)
 }
 
-/// Answers a row of tiles (`width` samples a row) or a run of a list (`width` 0).
+/// Answers a row of tiles (`width` samples a row) or a run of a list (`width` 0). `record` comes with the number of the
+/// first sample.
 #[inline(always)]
 fn trace_band<S: Simd>(
     s: S,
@@ -86,6 +91,7 @@ fn trace_band<S: Simd>(
     width: usize,
     light: [f32; 3],
     mask: &mut [u8],
+    record: Option<(&Record, usize)>,
 ) -> Counts {
     let mut counts = Counts::default();
     let mut stack = Stack::default();
@@ -117,6 +123,7 @@ fn trace_band<S: Simd>(
         }
         part(&mut packet, light, &mut |packet, bounds| {
             let cone = Cone::new(light, bounds, &bvh.bounds);
+            let set_up = counts.setups;
             let mut any_hit = AnyHit::new(packet, cone, light, triangles, &mut counts);
             let mut walked = WalkCounts::default();
             s.vectorize(
@@ -127,6 +134,12 @@ fn trace_band<S: Simd>(
             counts.walk.nodes += walked.nodes;
             counts.walk.leaves += walked.leaves;
             counts.packets += 1;
+            if let Some((record, first)) = record {
+                let (visits, triangles) = (walked.nodes + walked.leaves, counts.setups - set_up);
+                for id in &packet.id[..packet.count] {
+                    record.note(first + *id as usize, visits, triangles, packet.count);
+                }
+            }
             for i in 0..packet.count {
                 mask[packet.id[i] as usize] = if blocked >> i & 1 == 1 { SHADOWED } else { LIT };
             }

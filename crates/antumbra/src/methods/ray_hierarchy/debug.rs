@@ -4,6 +4,24 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use super::build::Hierarchy;
 use super::order::EMPTY;
+use crate::methods::DebugView;
+use crate::methods::debug::group;
+
+pub(super) const VIEWS: &[DebugView] = &[
+    DebugView::amount(
+        "visits",
+        "the sample's share of the triangles tested against nodes: those of a node are divided among the rays below it",
+    ),
+    DebugView::label(
+        "accept-level",
+        "level of the highest node above the sample that one triangle covered, 0 if none was",
+    ),
+    DebugView::label("cone", "the cone of 64 rays that the sample is in; numbers only tell neighbours apart"),
+    DebugView::amount("spread", "half angle, in degrees, of the cone of 64 rays that the sample is in"),
+];
+
+/// Level of the nodes of 64 rays.
+const CONE_LEVEL: usize = 3;
 
 /// What a traversal did at each node.
 #[derive(Debug)]
@@ -38,11 +56,15 @@ impl Record {
         (0..4).filter(|i| mask >> i & 1 == 1).for_each(|i| f(&self.nodes[level][4 * group + i]));
     }
 
-    /// Adds to each ray's sample the visits of the nodes above it.
+    /// Adds to each ray's sample its share of the visits of the nodes above it. (The visits themselves are nearly the same
+    /// for all: every triangle starts at the top.)
     pub(super) fn add_visits(&self, hierarchy: &Hierarchy, out: &mut [f32]) {
         for_each_ray(hierarchy, |leaf, sample| {
-            let above = |k: usize| self.nodes[k][leaf >> (2 * k)].0.load(Relaxed);
-            let sum: u32 = (1..self.nodes.len()).map(above).sum();
+            let share = |k: usize| {
+                let rays = (1u64 << (2 * k)).min(hierarchy.count as u64);
+                f64::from(self.nodes[k][leaf >> (2 * k)].0.load(Relaxed)) / rays as f64
+            };
+            let sum: f64 = (1..self.nodes.len()).map(share).sum();
             out[sample] = sum as f32 + if out[sample].is_nan() { 0.0 } else { out[sample] };
         });
     }
@@ -59,12 +81,18 @@ impl Record {
 
 /// The half angle, in degrees, of the cone of 64 rays (or fewer, in a small tree) that each sample is in.
 pub(super) fn spread(hierarchy: &Hierarchy, out: &mut [f32]) {
-    let level = hierarchy.top().min(3);
+    let level = hierarchy.top().min(CONE_LEVEL);
     for_each_ray(hierarchy, |leaf, sample| {
         let node = leaf >> (2 * level);
         let cone = hierarchy.level(level)[node / 4].cone(node % 4);
         out[sample] = cone.sin.atan2(cone.cos).to_degrees() as f32;
     });
+}
+
+/// A number for that cone.
+pub(super) fn cones(hierarchy: &Hierarchy, out: &mut [f32]) {
+    let level = hierarchy.top().min(CONE_LEVEL);
+    for_each_ray(hierarchy, |leaf, sample| out[sample] = group(leaf >> (2 * level)));
 }
 
 fn for_each_ray(hierarchy: &Hierarchy, mut f: impl FnMut(usize, usize)) {

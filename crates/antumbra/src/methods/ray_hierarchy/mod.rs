@@ -41,7 +41,8 @@ use rayon::prelude::*;
 
 pub use options::{ConeTest, LeafKind, RayHierarchyOptions};
 
-use super::{Method, Samples, Stats, StatsBuilder, check_input};
+use super::debug::{check_view, complete};
+use super::{DebugView, Method, Samples, Stats, StatsBuilder, check_input};
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
 use blockers::Passes;
@@ -187,49 +188,6 @@ impl RayHierarchy {
     }
 }
 
-/// Names of the debug views, and what their numbers are.
-const VIEWS: &[(&str, &str)] = &[
-    ("visits", "triangles tested against the nodes above the sample, summed over the levels and both passes"),
-    ("accept-level", "level of the highest node above the sample that one triangle covered, 0 if none was"),
-    ("spread", "half angle, in degrees, of the cone of 64 rays that the sample is in"),
-];
-
-impl RayHierarchy {
-    /// The names that [`RayHierarchy::debug_view`] knows, and what their numbers mean.
-    pub fn debug_views(&self) -> &'static [(&'static str, &'static str)] {
-        VIEWS
-    }
-
-    /// One number a sample (NaN: no ray), from a run of its own; `None` if there is no such view.
-    ///
-    /// # Errors
-    /// As [`Method::shadow`].
-    pub fn debug_view(
-        &mut self,
-        view: &str,
-        triangles: &[Triangle],
-        samples: Samples<'_>,
-        light: [f32; 3],
-    ) -> Result<Option<Vec<f32>>, InputError> {
-        let mask = vec![NONE; samples.positions.len()];
-        check_input(triangles, samples, light, &mask)?;
-        if !VIEWS.iter().any(|v| v.0 == view) {
-            return Ok(None);
-        }
-        let mut out = vec![f32::NAN; samples.positions.len()];
-        let mut see = |hierarchy: &Hierarchy, record: &Record| match view {
-            "visits" => record.add_visits(hierarchy, &mut out),
-            "accept-level" => record.note_accepts(hierarchy, &mut out),
-            // The first tree, which holds all rays.
-            _ if out.iter().all(|v| v.is_nan()) => debug::spread(hierarchy, &mut out),
-            _ => {}
-        };
-        let mut stats = StatsBuilder::start(self.name, "");
-        self.run(triangles, samples, light, &mut stats, Some(&mut see));
-        Ok(Some(out))
-    }
-}
-
 impl Method for RayHierarchy {
     fn name(&self) -> &'static str {
         self.name
@@ -258,5 +216,37 @@ impl Method for RayHierarchy {
         });
         stats.stage("write_mask");
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        debug::VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        if !check_view(debug::VIEWS, view, triangles, samples, light)? {
+            return Ok(None);
+        }
+        let mut out = vec![f32::NAN; samples.positions.len()];
+        let mut first = true;
+        let mut see = |hierarchy: &Hierarchy, record: &Record| {
+            match view {
+                "visits" => record.add_visits(hierarchy, &mut out),
+                "accept-level" => record.note_accepts(hierarchy, &mut out),
+                // The first tree holds all rays.
+                "spread" if first => debug::spread(hierarchy, &mut out),
+                "cone" if first => debug::cones(hierarchy, &mut out),
+                _ => {}
+            }
+            first = false;
+        };
+        let mut stats = StatsBuilder::start(self.name, "");
+        self.run(triangles, samples, light, &mut stats, Some(&mut see));
+        Ok(Some(complete(out, samples.positions)))
     }
 }

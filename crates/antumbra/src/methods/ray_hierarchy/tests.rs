@@ -3,6 +3,7 @@
 use antumbra_predicates::exact;
 use fearless_simd::{Simd, dispatch};
 
+use super::RayHierarchy;
 use super::build::{Group, Hierarchy};
 use super::cone::Cone;
 use super::done::Done;
@@ -10,9 +11,8 @@ use super::node_test::{Verdict, precise, sphere};
 use super::options::{ConeTest, RayHierarchyOptions};
 use super::order::{self, EMPTY, hilbert};
 use super::triangle::Caster;
-use super::{RayHierarchy, VIEWS};
 use crate::Isa;
-use crate::methods::{CATALOGUE, Method, Options, Oracle, Samples};
+use crate::methods::{CATALOGUE, DebugView, Method, Options, Oracle, Samples};
 use crate::scene::{Triangle, procedural};
 
 /// SplitMix64.
@@ -320,7 +320,7 @@ fn debug_views_have_a_number_for_every_ray() {
     positions[11] = [f32::NAN; 3];
     for name in names() {
         let mut method = RayHierarchy::new(name, named(name));
-        for (view, _) in VIEWS {
+        for DebugView { name: view, .. } in method.debug_views() {
             let samples = Samples::image(&positions, 60);
             let numbers =
                 method.debug_view(view, &triangles, samples, light).expect("good input").expect("a view");

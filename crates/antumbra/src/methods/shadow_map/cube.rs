@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use super::{DepthMap, ShadowMapOptions, cross, dot, sub};
+use super::{DepthMap, ShadowMapOptions, cross, dot, sub, texel_at};
 
 pub(super) struct Cube;
 
@@ -116,7 +116,6 @@ impl DepthMap for Cube {
         }
         let (major, [i, j], sign) = axes(face);
         let r = f64::from(options.resolution);
-        let index = |x: f64| (((x + 1.0) * 0.5 * r) as usize).min(options.resolution as usize - 1);
         let lit = options.taps().filter(|tap| {
             // The sample moved along its face's plane; over the border it is on another face.
             let mut q = [0.0; 3];
@@ -124,10 +123,14 @@ impl DepthMap for Cube {
             q[i] = uv[0] + tap[0] * 2.0 / r;
             q[j] = uv[1] + tap[1] * 2.0 / r;
             let (face, uv, along) = if options.pcf == 1 { (face, uv, 1.0) } else { face_of(q) };
-            let side = options.resolution as usize;
-            let texel = &texels[(face * side + index(uv[1])) * side + index(uv[0])];
+            let texel = &texels[texel_at(options.resolution, face, uv)];
             f32::from_bits(texel.load(Relaxed)) <= (1.0 / (depth * along)) as f32
         });
         lit.count() as f32 / (options.pcf * options.pcf) as f32
+    }
+
+    fn texel(resolution: u32, p: [f64; 3]) -> usize {
+        let (face, uv, _) = face_of(p);
+        texel_at(resolution, face, uv)
     }
 }

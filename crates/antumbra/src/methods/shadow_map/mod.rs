@@ -15,6 +15,7 @@
 //! Cost: O(T + texels) to draw, O(N) to look up. 24 MiB (cube) or 8 MiB (paraboloids) at 1024² texels.
 
 mod cube;
+mod debug;
 mod paraboloid;
 #[cfg(test)]
 mod tests;
@@ -23,7 +24,7 @@ use std::sync::atomic::AtomicU32;
 
 use rayon::prelude::*;
 
-use super::{Method, Options, Samples, Stats, StatsBuilder, check_input};
+use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::mask::{LIT, NONE, SHADOWED};
 use crate::scene::{InputError, Triangle};
 
@@ -96,6 +97,15 @@ trait DepthMap: Send + Sync {
     fn draw(options: &ShadowMapOptions, range: f64, triangle: &[[f64; 3]; 3], texels: &[AtomicU32]);
     /// Which share of the filter's texels lets the light through to a sample (relative to the light, not at it).
     fn lit(options: &ShadowMapOptions, range: f64, p: [f64; 3], texels: &[AtomicU32]) -> f32;
+    /// The texel that a sample (relative to the light, not at it) falls into, unfiltered.
+    fn texel(resolution: u32, p: [f64; 3]) -> usize;
+}
+
+/// The texel at a place of a layer; (u, v) in [-1, 1], what is outside goes to the border.
+fn texel_at(resolution: u32, layer: usize, uv: [f64; 2]) -> usize {
+    let side = resolution as usize;
+    let index = |x: f64| (((x + 1.0) * 0.5 * f64::from(resolution)) as usize).min(side - 1);
+    (layer * side + index(uv[1])) * side + index(uv[0])
 }
 
 fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -173,17 +183,6 @@ impl Map {
         stats.bytes("depth_map", 4 * self.texels.capacity());
         Ok(stats.finish(triangles.len(), mask))
     }
-
-    fn view<M: DepthMap>(
-        &mut self,
-        triangles: &[Triangle],
-        samples: Samples<'_>,
-        light: [f32; 3],
-    ) -> Result<Vec<f32>, InputError> {
-        check_input(triangles, samples, light, &vec![0; samples.positions.len()])?;
-        let range = self.draw::<M>(triangles, samples.positions, light);
-        Ok(samples.positions.par_iter().map(|p| self.lit::<M>(range, *p, light)).collect())
-    }
 }
 
 macro_rules! shadow_map {
@@ -202,26 +201,6 @@ macro_rules! shadow_map {
             pub fn with(options: ShadowMapOptions) -> $name {
                 $name(Map::new(options))
             }
-
-            /// What `debug_view` can show.
-            pub const DEBUG_VIEWS: &'static [&'static str] = &["light"];
-
-            /// One number a sample, NaN where there is none: `light`, the filtered share of light. `None` for any other name.
-            ///
-            /// # Errors
-            /// As [`Method::shadow`].
-            pub fn debug_view(
-                &mut self,
-                view: &str,
-                triangles: &[Triangle],
-                samples: Samples<'_>,
-                light: [f32; 3],
-            ) -> Result<Option<Vec<f32>>, InputError> {
-                match $name::DEBUG_VIEWS.contains(&view) {
-                    true => self.0.view::<$kind>(triangles, samples, light).map(Some),
-                    false => Ok(None),
-                }
-            }
         }
 
         impl Method for $name {
@@ -237,6 +216,20 @@ macro_rules! shadow_map {
                 mask: &mut [u8],
             ) -> Result<Stats, InputError> {
                 self.0.shadow::<$kind>(triangles, samples, light, mask)
+            }
+
+            fn debug_views(&self) -> &'static [DebugView] {
+                debug::VIEWS
+            }
+
+            fn debug_view(
+                &mut self,
+                view: &str,
+                triangles: &[Triangle],
+                samples: Samples<'_>,
+                light: [f32; 3],
+            ) -> Result<Option<Vec<f32>>, InputError> {
+                debug::draw::<$kind>(&mut self.0, view, triangles, samples, light)
             }
         }
     };

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use super::{DepthMap, ShadowMapOptions, cross, dot, relative, sub};
+use super::{DepthMap, ShadowMapOptions, cross, dot, relative, sub, texel_at};
 
 pub(super) struct Paraboloid;
 
@@ -17,6 +17,11 @@ fn middle(a: V3, b: V3) -> V3 {
 
 fn length(a: V3) -> f64 {
     dot(a, a).sqrt()
+}
+
+/// The layer of a direction with this z, and its sign.
+fn hemisphere(z: f64) -> (usize, f64) {
+    if z >= 0.0 { (0, 1.0) } else { (1, -1.0) }
 }
 
 /// Where a point lies on the paraboloid of the hemisphere with `z * sign >= 0`. Points behind it lie beyond the unit circle.
@@ -188,12 +193,9 @@ impl DepthMap for Paraboloid {
         if !options.within(depth) {
             return 1.0;
         }
-        let hemisphere = |z: f64| if z >= 0.0 { (0, 1.0) } else { (1, -1.0) };
         let (layer, sign) = hemisphere(p[2]);
         let at = project(p, sign);
-        let side = options.resolution as usize;
         let r = f64::from(options.resolution);
-        let index = |x: f64| (((x + 1.0) * 0.5 * r) as usize).min(side - 1);
         let lit = options.taps().filter(|tap| {
             let (mut layer, mut at) = (layer, at);
             if options.pcf > 1 {
@@ -203,9 +205,14 @@ impl DepthMap for Paraboloid {
                 (layer, sign) = hemisphere(d[2]);
                 at = project(d, sign);
             }
-            let texel = &texels[(layer * side + index(at[1])) * side + index(at[0])];
+            let texel = &texels[texel_at(options.resolution, layer, at)];
             depth as f32 <= f32::from_bits(texel.load(Relaxed))
         });
         lit.count() as f32 / (options.pcf * options.pcf) as f32
+    }
+
+    fn texel(resolution: u32, p: V3) -> usize {
+        let (layer, sign) = hemisphere(p[2]);
+        texel_at(resolution, layer, project(p, sign))
     }
 }
