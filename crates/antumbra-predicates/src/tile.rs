@@ -14,7 +14,7 @@
 //! [`crate::filter`], relative to the first corner ([`TileBlock::lanes`]). Each test is divided by its own bound for the
 //! tile, so that one comparison decides all four: above 1 certain, below -1 certainly not. `bounds.md` derives the bounds.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use crate::filter::{KAPPA, LIMIT, TINY};
 
@@ -304,6 +304,22 @@ impl TileBlock {
         tame.select(r_hi, infinity).store_array(&mut self.bounds[4]);
         let maybe = (live & !bits(out.simd_lt(0.0))) | open;
         TileVerdict { maybe, covers: maybe & !open & bits(least.simd_gt(0.0)), edge_on: open }
+    }
+
+    /// Bounds of the triangles in `live`, as the light sees them: least x, largest x, least y, largest y, largest r. What they
+    /// block is within, as for [`TileBlock::cull`].
+    #[inline(always)]
+    pub fn hull<S: Simd>(&self, s: S, live: u8) -> [f32; 5] {
+        let live = mask32x8::from_bitmask(s, u64::from(live));
+        let (none, all) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
+        let b = &self.bounds;
+        [
+            live.select(f32x8::load_array_ref(s, &b[0]), none).reduce_min(),
+            live.select(f32x8::load_array_ref(s, &b[1]), all).reduce_max(),
+            live.select(f32x8::load_array_ref(s, &b[2]), none).reduce_min(),
+            live.select(f32x8::load_array_ref(s, &b[3]), all).reduce_max(),
+            live.select(f32x8::load_array_ref(s, &b[4]), all).reduce_max(),
+        ]
     }
 
     /// Turns triangle `lane` to the other facing.

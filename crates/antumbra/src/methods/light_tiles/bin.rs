@@ -31,11 +31,29 @@ pub(super) struct Pass<'a> {
     pub(super) capacity: usize,
 }
 
+/// A triangle in the list of a tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Entry {
+    pub(super) id: u32,
+    /// Where it is seen, in sixteenths of the cells of its face: column, row. Only for the order of the tests.
+    pub(super) at: [u16; 2],
+}
+
+impl Entry {
+    /// A triangle that spans tiles.
+    pub(super) fn large(id: u32) -> Entry {
+        Entry { id, at: [LARGE; 2] }
+    }
+}
+
+/// No place: seen all over the tile.
+pub(super) const LARGE: u16 = u16::MAX;
+
 /// What a worker leaves behind.
 #[derive(Debug, Default)]
 pub(super) struct Binned {
     /// Triangles by tile.
-    pub(super) ids: Lists,
+    pub(super) ids: Lists<Entry>,
     /// Triangles that it has taken and not done.
     pub(super) left: std::ops::Range<usize>,
     pub(super) counts: Counts,
@@ -143,14 +161,13 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
     // Cells at once where all triangles are in one face, as neighbours mostly are.
     let common = face[(live & simple).trailing_zeros() as usize & 7];
     let one_face = live & simple & !(f0.simd_eq(common).to_bitmask() as u32) == 0;
-    let (mut cells, mut bounds) = ([[0; 8]; 4], [[0.0; 8]; 4]);
+    let (mut cells, mut places) = ([[0; 8]; 4], [[0; 8]; 2]);
     if one_face {
         let fit = &pass.tiles.grids[common as usize].fit;
         cells = [fit.cells(s, 0, x_lo), fit.cells(s, 0, x_hi), fit.cells(s, 1, y_lo), fit.cells(s, 1, y_hi)];
+        places = [fit.places(s, 0, x_lo), fit.places(s, 1, y_lo)];
     }
-    if !one_face || pass.tiles.has_crowds() {
-        bounds = [x_lo.to_array(), x_hi.to_array(), y_lo.to_array(), y_hi.to_array()];
-    }
+    let bounds = [x_lo.to_array(), x_hi.to_array(), y_lo.to_array(), y_hi.to_array()];
     let r_hi = r_hi.to_array();
 
     while live != 0 {
@@ -169,7 +186,8 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
                 } else {
                     seen.cells(&grid.fit)
                 };
-                place(s, pass, id, face, &seen, cells, out);
+                let entry = Entry { id, at: [places[0][i] as u16, places[1][i] as u16] };
+                place(s, pass, entry, face, &seen, cells, out);
             }
         } else {
             for face in 0..FACES {
@@ -224,7 +242,7 @@ impl Seen {
 fn place<S: Simd>(
     s: S,
     pass: &Pass<'_>,
-    id: u32,
+    entry: Entry,
     face: usize,
     seen: &Seen,
     cells: [u32; 4],
@@ -249,7 +267,7 @@ fn place<S: Simd>(
                 [x0, x1, y0, y1] = seen.cells(&grid.fit);
                 continue;
             }
-            push(pass, a, id, seen.r, out);
+            push(pass, a, entry, seen, out);
             return;
         }
         let (b, c) = (grid.at(x1, y0), grid.at(x0, y1));
@@ -262,15 +280,15 @@ fn place<S: Simd>(
         let level = grid.levels - shift.min(grid.levels);
         let is_tile = |e: u32, level: u32| e & GRID == 0 && u32::from(tiles.level[e as usize]) <= level;
         if is_tile(a, level) && is_tile(b, level) && is_tile(c, level) && is_tile(d, level) {
-            push(pass, a, id, seen.r, out);
+            push(pass, a, entry, seen, out);
             if b != a {
-                push(pass, b, id, seen.r, out);
+                push(pass, b, entry, seen, out);
             }
             if c != a && c != b {
-                push(pass, c, id, seen.r, out);
+                push(pass, c, entry, seen, out);
             }
             if d != b && d != c {
-                push(pass, d, id, seen.r, out);
+                push(pass, d, entry, seen, out);
             }
             return;
         }
@@ -279,27 +297,33 @@ fn place<S: Simd>(
         let shift = grid.levels - level;
         out.stack.clear();
         for (e, x, y) in [(a, x0, y0), (b, x1, y0), (c, x0, y1), (d, x1, y1)] {
-            let entry = if is_tile(e, level) {
+            let child = if is_tile(e, level) {
                 e
             } else if level == grid.levels {
                 tiles.grids[(e & !GRID) as usize].root
             } else {
                 NODE | grid.node(level, x >> shift, y >> shift)
             };
-            if !out.stack.contains(&entry) {
-                out.stack.push(entry);
+            if !out.stack.contains(&child) {
+                out.stack.push(child);
             }
         }
-        start(s, pass, id, face, out);
+        start(s, pass, entry.id, face, out);
         return;
     }
 }
 
-/// Adds a triangle to the list of a tile, unless it lies behind all its samples or the tile is covered.
+/// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered.
 #[inline(always)]
-fn push(pass: &Pass<'_>, tile: u32, id: u32, r: f32, out: &mut Binned) {
-    if r >= pass.tiles.region[tile as usize].lo[2] && !pass.covered[tile as usize].load(Relaxed) {
-        out.ids.push(tile, id);
+fn push(pass: &Pass<'_>, tile: u32, entry: Entry, seen: &Seen, out: &mut Binned) {
+    let region = &pass.tiles.region[tile as usize];
+    let near = (seen.r >= region.lo[2])
+        & (seen.x[0] <= region.hi[0])
+        & (seen.x[1] >= region.lo[0])
+        & (seen.y[0] <= region.hi[1])
+        & (seen.y[1] >= region.lo[1]);
+    if near && !pass.covered[tile as usize].load(Relaxed) {
+        out.ids.push(tile, entry);
     }
 }
 

@@ -7,7 +7,7 @@ use antumbra_predicates::filter::{KAPPA, LIMIT, TINY};
 use antumbra_predicates::tile::{NEAREST, WIDEN};
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
-use super::bin::Counts;
+use super::bin::{Counts, Entry};
 use super::frame::Frame;
 use super::grid::{NODE, Node, Tiles};
 use super::lists::Lists;
@@ -145,7 +145,7 @@ pub(super) struct Target<'a> {
     pub(super) tiles: &'a Tiles,
     pub(super) covered: &'a [AtomicBool],
     pub(super) id: u32,
-    pub(super) ids: &'a mut Lists,
+    pub(super) ids: &'a mut Lists<Entry>,
     pub(super) counts: &'a mut Counts,
 }
 
@@ -171,7 +171,7 @@ pub(super) fn descend<S: Simd>(s: S, caster: &Caster, stack: &mut Vec<u32>, targ
             if caster.bounds[4] >= target.tiles.region[entry as usize].lo[2]
                 && !target.covered[entry as usize].load(Relaxed)
             {
-                target.ids.push(entry, target.id);
+                target.ids.push(entry, Entry::large(target.id));
             }
             continue;
         }
@@ -194,7 +194,7 @@ pub(super) fn descend<S: Simd>(s: S, caster: &Caster, stack: &mut Vec<u32>, targ
                 } else if child & NODE != 0 {
                     stack.push(child);
                 } else if !target.covered[child as usize].load(Relaxed) {
-                    target.ids.push(child, target.id);
+                    target.ids.push(child, Entry::large(target.id));
                 }
             }
         }

@@ -65,7 +65,21 @@ impl Fit {
         let bits: u32x8<S> = (c + MAGIC).bitcast();
         (bits & CELL_BITS).to_array()
     }
+
+    /// In [`PLACES`] of cells, for eight numbers.
+    #[inline(always)]
+    pub(super) fn places<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
+        let fine = Fit {
+            origin: self.origin,
+            scale: [self.scale[0] * PLACES as f32, self.scale[1] * PLACES as f32],
+            last: self.last * PLACES as f32,
+        };
+        fine.cells(s, axis, x)
+    }
 }
+
+/// [`Fit::places`] are these parts of cells.
+pub(super) const PLACES: u32 = 16;
 
 /// 2^23: numbers from here to twice as much are whole.
 const MAGIC: f32 = 8_388_608.0;
@@ -161,9 +175,11 @@ impl Tiles {
         }
     }
 
-    /// Whether any cell has a grid of its own.
-    pub(super) fn has_crowds(&self) -> bool {
-        self.used > FACES
+    /// A tile is 2 to this many cells wide.
+    #[inline(always)]
+    pub(super) fn shift(&self, tile: usize) -> u32 {
+        let [first, last, ..] = self.cells[tile];
+        u32::from(last - first + 1).trailing_zeros()
     }
 
     /// Number of tiles.

@@ -28,9 +28,9 @@ pub(super) struct Leaf {
 pub(super) struct Gathered {
     pub(super) leaves: Vec<Leaf>,
     /// Leaves by tile.
-    pub(super) lists: Lists,
+    pub(super) lists: Lists<u32>,
     /// Samples by tile: block times 16 plus sample.
-    pub(super) loose: Lists,
+    pub(super) loose: Lists<u32>,
     /// Samples without a direction that f32 can hold: on the light, or out of all proportion.
     pub(super) wild: Vec<u32>,
     /// Bounds by tile.
@@ -225,7 +225,7 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
         let region = bounds(s, &only);
         match pass.tiles.home(face, &region) {
             Some(tile) => add(out, tile, Leaf { region, block: block as u32, mask: part }),
-            None => loosen(pass, block, part, face, &c, out),
+            None => pieces(pass, block, part, face, &c, out),
         }
         left &= !part;
         if left == 0 {
@@ -289,6 +289,37 @@ fn add(out: &mut Gathered, tile: u32, leaf: Leaf) {
     *bounds = bounds.union(&leaf.region);
     out.lists.push(tile, out.leaves.len() as u32);
     out.leaves.push(leaf);
+}
+
+/// Samples of a block at one depth that are too far apart for any tile: each tile takes its own, unless they are too many.
+#[inline(never)]
+fn pieces<S: Simd>(
+    pass: &Pass<'_>,
+    block: usize,
+    mask: u16,
+    face: usize,
+    c: &[[f32x8<S>; 2]; 3],
+    out: &mut Gathered,
+) {
+    let mut left = mask;
+    for _ in 0..BLOCK_LEAVES {
+        let first = left.trailing_zeros() as usize;
+        let tile = pass.tiles.find(face, c[0][first / 8][first % 8], c[1][first / 8][first % 8]);
+        let mut leaf = Leaf { region: Region::EMPTY, block: block as u32, mask: 0 };
+        for i in bits(left) {
+            let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
+            if pass.tiles.find(face, at[0], at[1]) == tile {
+                leaf.region = leaf.region.union(&Region { lo: at, hi: at });
+                leaf.mask |= 1 << i;
+            }
+        }
+        add(out, tile, leaf);
+        left &= !leaf.mask;
+        if left == 0 {
+            return;
+        }
+    }
+    loosen(pass, block, left, face, c, out);
 }
 
 /// Samples of a block, one by one.

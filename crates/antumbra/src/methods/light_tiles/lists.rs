@@ -1,26 +1,26 @@
 //! Many growing lists in one array: a list is a chain of chunks.
 
-/// Items of a chunk: with link and count a cache line.
+/// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items.
 const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-struct Chunk {
+struct Chunk<T> {
     next: u32,
     count: u32,
-    items: [u32; ITEMS],
+    items: [T; ITEMS],
 }
 
-/// Lists of numbers, by number.
+/// Lists by number.
 #[derive(Debug, Default)]
-pub(super) struct Lists {
+pub(super) struct Lists<T> {
     head: Vec<u32>,
-    chunks: Vec<Chunk>,
+    chunks: Vec<Chunk<T>>,
     items: usize,
 }
 
-impl Lists {
+impl<T: Copy + Default> Lists<T> {
     /// `count` empty lists. Memory is kept.
     pub(super) fn reset(&mut self, count: usize) {
         self.head.clear();
@@ -31,7 +31,7 @@ impl Lists {
 
     /// Adds to a list.
     #[inline(always)]
-    pub(super) fn push(&mut self, list: u32, item: u32) {
+    pub(super) fn push(&mut self, list: u32, item: T) {
         self.items += 1;
         let head = self.head[list as usize];
         if let Some(chunk) = self.chunks.get_mut(head as usize)
@@ -41,7 +41,7 @@ impl Lists {
             chunk.count += 1;
         } else {
             self.head[list as usize] = self.chunks.len() as u32;
-            let mut items = [0; ITEMS];
+            let mut items = [T::default(); ITEMS];
             items[0] = item;
             self.chunks.push(Chunk { next: head, count: 1, items });
         }
@@ -54,7 +54,7 @@ impl Lists {
 
     /// Calls `visit` with the pieces of a list.
     #[inline(always)]
-    pub(super) fn each(&self, list: usize, mut visit: impl FnMut(&[u32])) {
+    pub(super) fn each(&self, list: usize, mut visit: impl FnMut(&[T])) {
         let mut at = self.head.get(list).copied().unwrap_or(NONE);
         while let Some(chunk) = self.chunks.get(at as usize) {
             visit(&chunk.items[..chunk.count as usize]);
@@ -64,7 +64,7 @@ impl Lists {
 
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
-        self.head.len() * 4 + self.chunks.len() * size_of::<Chunk>()
+        self.head.len() * 4 + self.chunks.len() * size_of::<Chunk<T>>()
     }
 }
 

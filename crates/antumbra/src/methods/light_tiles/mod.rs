@@ -14,12 +14,16 @@
 //! Cost: O(N) for the samples; O(T) for the triangles plus the tiles they touch; then leaves times the triangles near them.
 
 mod bin;
+mod boxes;
+mod debug;
 mod descend;
 mod frame;
 mod grid;
 mod layout;
 mod leaves;
 mod lists;
+#[cfg(test)]
+mod tests;
 mod tuning;
 mod work;
 
@@ -31,7 +35,7 @@ use rayon::prelude::*;
 use self::frame::FACES;
 use self::grid::{NOTHING, Point, Tiles};
 use self::layout::{BLOCK, Layout};
-use super::{Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
+use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
 use crate::Isa;
 use crate::mask::SHADOWED;
 use crate::scene::{InputError, Triangle};
@@ -159,6 +163,20 @@ impl Method for LightTiles {
         stats.stage("write_mask");
         self.report(&mut stats, rounds, entries, peak);
         Ok(stats.finish(triangles.len(), mask))
+    }
+
+    fn debug_views(&self) -> &'static [DebugView] {
+        debug::VIEWS
+    }
+
+    fn debug_view(
+        &mut self,
+        view: &str,
+        triangles: &[Triangle],
+        samples: Samples<'_>,
+        light: [f32; 3],
+    ) -> Result<Option<Vec<f32>>, InputError> {
+        debug::draw(self, view, triangles, samples, light)
     }
 }
 

@@ -8,9 +8,10 @@ use antumbra_predicates::tile::{Region, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
 use fearless_simd::{Simd, SimdBase, f32x8};
 
-use super::bin::Binned;
+use super::bin::{Binned, Entry, LARGE};
+use super::boxes::Boxes;
 use super::frame::Frame;
-use super::grid::Tiles;
+use super::grid::{PLACES, Tiles};
 use super::layout::{BLOCK, Layout};
 use super::leaves::{Gathered, Leaf, direction};
 use super::tuning::GROUP;
@@ -59,8 +60,15 @@ pub(super) struct Counts {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) counts: Counts,
-    ids: Vec<u32>,
+    entries: Vec<Entry>,
+    ids: Vec<Entry>,
+    /// The first `used` are those of the tile.
     blocks: Vec<Prepared>,
+    used: usize,
+    /// Bounds of `blocks`.
+    hulls: Boxes,
+    /// Bounds of those in `live`.
+    live_hulls: Boxes,
     leaves: Vec<Work>,
     sorted: Vec<Work>,
     slots: Vec<Slot>,
@@ -132,12 +140,12 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         return;
     }
     let covered = pass.covered[tile].load(Relaxed);
-    scratch.ids.clear();
+    scratch.entries.clear();
     if !covered {
         for worker in pass.binned {
-            worker.ids.each(tile, |ids| scratch.ids.extend_from_slice(ids));
+            worker.ids.each(tile, |entries| scratch.entries.extend_from_slice(entries));
         }
-        if scratch.ids.is_empty() {
+        if scratch.entries.is_empty() {
             return;
         }
     }
@@ -150,7 +158,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         }
         return;
     }
-    if scratch.blocks.is_empty() {
+    if scratch.used == 0 {
         return;
     }
     for first in (0..scratch.leaves.len()).step_by(GROUP) {
@@ -240,15 +248,39 @@ fn counting_sort<T: Copy, const KEYS: usize>(from: &[T], to: &mut Vec<T>, key: i
 fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -> bool {
     let frame = Frame::of(pass.tiles.face[tile] as usize);
     let light = frame.turn(pass.light);
-    let tile = Tile::new(light, pass.tiles.region[tile]);
-    let Scratch { ids, blocks, counts, .. } = scratch;
-    blocks.clear();
+    let prepared_for = Tile::new(light, pass.tiles.region[tile]);
+    let Scratch { entries, ids, blocks, used, hulls, counts, .. } = scratch;
+    *used = 0;
+    hulls.clear();
+    // Large triangles first, they may cover all; then neighbours together, so that blocks of eight have narrow bounds.
+    let [first_x, _, first_y, _] = pass.tiles.cells[tile];
+    let shift = pass.tiles.shift(tile);
+    counting_sort::<_, 128>(entries, ids, |e| {
+        if e.at[0] == LARGE {
+            return 0;
+        }
+        // Eighths of the tile.
+        let step = |at: u16, first: u16| {
+            ((u32::from(at).saturating_sub(u32::from(first) * PLACES)) >> (shift + 1)).min(7) as u16
+        };
+        let (x, y) = (step(e.at[0], first_x), step(e.at[1], first_y));
+        let spread = |v: u16| (v & 1) | (v & 2) << 1 | (v & 4) << 2;
+        1 + (spread(x) | spread(y) << 1)
+    });
     let Frame { axis, sign } = frame;
     let sign = [1.0, 1.0, sign];
+    let mut ahead = ids.chunks(8).skip(1);
     for eight in ids.chunks(8) {
+        // Asks for the next triangles now: they are spread over the whole scene, and memory is slow.
+        let mut touched = 0.0;
+        for entry in ahead.next().unwrap_or_default() {
+            let t = &pass.triangles[entry.id as usize];
+            touched += t[0][0] + t[2][2];
+        }
+        std::hint::black_box(touched);
         let mut at = [0; 8];
         for (i, at) in at.iter_mut().enumerate() {
-            *at = eight[i.min(eight.len() - 1)] as usize;
+            *at = eight[i.min(eight.len() - 1)].id as usize;
         }
         let t = pass.triangles;
         let [t0, t1, t2, t3, t4, t5, t6, t7] =
@@ -263,66 +295,90 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         }
         let live = (0xffu32 >> (8 - eight.len())) as u8;
         counts.prepared += eight.len() as u64;
-        blocks.push(Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 });
-        let last = blocks.len() - 1;
-        let prepared = &mut blocks[last];
-        let verdict = prepared.block.prepare(s, corner, live, &tile);
+        // Blocks are used again and again: filling them with zeros each time would cost as much as preparing them.
+        if blocks.len() == *used {
+            blocks.push(Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 });
+        }
+        let prepared = &mut blocks[*used];
+        let verdict = prepared.block.prepare(s, corner, live, &prepared_for);
         let mut live = verdict.maybe;
         let mut edge_on = verdict.edge_on;
         while edge_on != 0 {
             let lane = edge_on.trailing_zeros() as usize;
             edge_on &= edge_on - 1;
-            match exact::facing(&pass.triangles[eight[lane] as usize].map(|p| frame.turn(p)), light) {
+            match exact::facing(&pass.triangles[at[lane]].map(|p| frame.turn(p)), light) {
                 0 => live &= !(1 << lane),
                 1 => {}
                 _ => prepared.block.flip(lane),
             }
         }
         if live == 0 {
-            blocks.truncate(last);
             continue;
         }
+        *used += 1;
         counts.kept += u64::from(live.count_ones());
         prepared.live = live;
-        prepared.ids[..eight.len()].copy_from_slice(eight);
+        for (id, entry) in prepared.ids.iter_mut().zip(eight) {
+            *id = entry.id;
+        }
+        hulls.push(prepared.block.hull(s, live));
         if verdict.covers & live != 0 {
             return true;
         }
     }
+    hulls.pad();
     false
 }
 
 /// Up to [`GROUP`] leaves.
 #[inline(always)]
 fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
-    let Scratch { blocks, leaves, slots_sorted, live, points, open, counts, .. } = scratch;
+    let Scratch { blocks, used, hulls, leaves, slots_sorted, live, live_hulls, points, open, counts, .. } =
+        scratch;
     let leaves = &leaves[range];
     let mut region = Region::EMPTY;
     for leaf in leaves {
         region = region.union(&leaf.region);
     }
     live.clear();
-    for (i, prepared) in blocks.iter().enumerate() {
-        let (maybe, covers) = prepared.block.cull(s, &region);
-        if covers & prepared.live != 0 {
-            counts.group_tests += i as u64 + 1;
-            counts.node_accept += 1;
-            for leaf in leaves {
-                finish(pass, slots_sorted, leaf, leaf.mask);
+    live_hulls.clear();
+    for first in (0..*used).step_by(8) {
+        let mut near = hulls.near(s, first, &region);
+        while near != 0 {
+            let i = first + near.trailing_zeros() as usize;
+            near &= near - 1;
+            let prepared = &blocks[i];
+            counts.group_tests += 1;
+            let (maybe, covers) = prepared.block.cull(s, &region);
+            if covers & prepared.live != 0 {
+                counts.node_accept += 1;
+                for leaf in leaves {
+                    finish(pass, slots_sorted, leaf, leaf.mask);
+                }
+                return;
             }
-            return;
-        }
-        let maybe = maybe & prepared.live;
-        if maybe != 0 {
-            live.push((i as u32, maybe));
+            let maybe = maybe & prepared.live;
+            if maybe != 0 {
+                live.push((i as u32, maybe));
+                live_hulls.push(hulls.get(i));
+            }
         }
     }
-    counts.group_tests += blocks.len() as u64;
     if live.is_empty() {
         return;
     }
+    live_hulls.pad();
     // Coordinates of all leaves first: what is written one by one is not read back at once.
     let frame = Frame::of(pass.tiles.face[tile] as usize);
+    // All their lines are asked for before the first is needed.
+    let mut touched = 0.0;
+    for leaf in leaves.iter().filter(|leaf| leaf.block & LOOSE == 0) {
+        let (start, line) = pass.layout.corner(leaf.block as usize);
+        for y in 0..4 {
+            touched += pass.positions.get(start + y * line).map_or(0.0, |p| p[0]);
+        }
+    }
+    std::hint::black_box(touched);
     points.resize(GROUP, Points { at: [[0.0; BLOCK]; 3] });
     for (leaf, points) in leaves.iter().zip(points.iter_mut()) {
         load(pass, slots_sorted, leaf, &frame, points);
@@ -332,31 +388,36 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
         let p = [halves(s, x), halves(s, y), halves(s, z)];
         let mut alive = leaf.mask;
         open.clear();
-        counts.leaf_box_tests += live.len() as u64;
-        'blocks: for &(i, mask) in live.iter() {
-            let prepared = &blocks[i as usize];
-            let (maybe, covers) = prepared.block.cull(s, &leaf.region);
-            if covers & mask != 0 {
-                counts.node_accept += 1;
-                alive = 0;
-                break;
-            }
-            let mut maybe = maybe & mask;
-            while maybe != 0 {
-                let lane = maybe.trailing_zeros() as usize;
-                maybe &= maybe - 1;
-                counts.pairs += 1;
-                counts.leaf.leaf_tests += u64::from(alive.count_ones());
-                let a = prepared.block.lanes(s, lane, [p[0][0], p[1][0], p[2][0]], alive as u8);
-                let b = prepared.block.lanes(s, lane, [p[0][1], p[1][1], p[2][1]], (alive >> 8) as u8);
-                alive &= !(u16::from(a.blocked) | u16::from(b.blocked) << 8);
-                if alive == 0 {
+        'blocks: for first in (0..live.len()).step_by(8) {
+            let mut near = live_hulls.near(s, first, &leaf.region);
+            while near != 0 {
+                let (i, mask) = live[first + near.trailing_zeros() as usize];
+                near &= near - 1;
+                let prepared = &blocks[i as usize];
+                counts.leaf_box_tests += 1;
+                let (maybe, covers) = prepared.block.cull(s, &leaf.region);
+                if covers & mask != 0 {
+                    counts.node_accept += 1;
+                    alive = 0;
                     break 'blocks;
                 }
-                let plane = u16::from(a.plane) | u16::from(b.plane) << 8;
-                let sides = u16::from(a.sides) | u16::from(b.sides) << 8;
-                if plane | sides != 0 {
-                    open.push(Open { id: prepared.ids[lane], plane, sides });
+                let mut maybe = maybe & mask;
+                while maybe != 0 {
+                    let lane = maybe.trailing_zeros() as usize;
+                    maybe &= maybe - 1;
+                    counts.pairs += 1;
+                    counts.leaf.leaf_tests += u64::from(alive.count_ones());
+                    let a = prepared.block.lanes(s, lane, [p[0][0], p[1][0], p[2][0]], alive as u8);
+                    let b = prepared.block.lanes(s, lane, [p[0][1], p[1][1], p[2][1]], (alive >> 8) as u8);
+                    alive &= !(u16::from(a.blocked) | u16::from(b.blocked) << 8);
+                    if alive == 0 {
+                        break 'blocks;
+                    }
+                    let plane = u16::from(a.plane) | u16::from(b.plane) << 8;
+                    let sides = u16::from(a.sides) | u16::from(b.sides) << 8;
+                    if plane | sides != 0 {
+                        open.push(Open { id: prepared.ids[lane], plane, sides });
+                    }
                 }
             }
         }

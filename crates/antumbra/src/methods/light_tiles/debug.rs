@@ -1,0 +1,60 @@
+//! Pictures of the work: one number a sample.
+
+use super::layout::BLOCK;
+use super::{LightTiles, Method, Samples};
+use crate::methods::debug::{DebugView, check_view, complete, group};
+use crate::scene::{InputError, Triangle};
+
+pub(super) const VIEWS: &[DebugView] = &[
+    DebugView::label("tile", "tile of the sample, as a number that differs from its neighbours'"),
+    DebugView::amount("triangles", "triangles in the list of the sample's tile (of the last round)"),
+    DebugView::label("leaf", "how the sample is held: 0 with its whole block, 1 with part of it, 2 alone"),
+];
+
+/// A rerun of the frame, and what it left behind.
+pub(super) fn draw(
+    method: &mut LightTiles,
+    view: &str,
+    triangles: &[Triangle],
+    samples: Samples<'_>,
+    light: [f32; 3],
+) -> Result<Option<Vec<f32>>, InputError> {
+    if !check_view(VIEWS, view, triangles, samples, light)? {
+        return Ok(None);
+    }
+    let mut mask = vec![0; samples.positions.len()];
+    method.shadow(triangles, samples, light, &mut mask)?;
+    let layout = super::Layout::new(samples.positions.len(), samples.width);
+    let mut out = vec![0.0; mask.len()];
+    for tile in 0..method.tiles.len() {
+        let mut entries = 0;
+        for worker in &method.binned {
+            worker.ids.each(tile, |ids| entries += ids.len());
+        }
+        let number = |held: u8| match view {
+            "tile" => group(tile),
+            "triangles" => entries as f32,
+            _ => f32::from(held),
+        };
+        let mut put = |block: usize, sample: usize, held: u8| {
+            if let Some(i) = layout.index(block, sample) {
+                out[i] = number(held);
+            }
+        };
+        for worker in &method.gathered {
+            worker.lists.each(tile, |leaves| {
+                for &leaf in leaves {
+                    let leaf = &worker.leaves[leaf as usize];
+                    let whole = leaf.mask == u16::MAX;
+                    (0..BLOCK)
+                        .filter(|i| leaf.mask >> i & 1 == 1)
+                        .for_each(|i| put(leaf.block as usize, i, u8::from(!whole)));
+                }
+            });
+            worker.loose.each(tile, |slots| {
+                slots.iter().for_each(|&slot| put(slot as usize / BLOCK, slot as usize % BLOCK, 2));
+            });
+        }
+    }
+    Ok(Some(complete(out, samples.positions)))
+}

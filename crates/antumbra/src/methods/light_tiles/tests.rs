@@ -1,0 +1,109 @@
+use super::*;
+use crate::methods::Oracle;
+use crate::scene::procedural;
+
+/// Triangles, samples (a picture of `width`) and light of a built-in scene, and the oracle's mask.
+fn case(spec: &str, size: [usize; 2]) -> (Vec<Triangle>, Vec<[f32; 3]>, [f32; 3], Vec<u8>) {
+    let scene = procedural::builtin(spec, None).unwrap();
+    let out = crate::samples::gbuffer::render(
+        &scene,
+        &scene.cameras[0],
+        size[0],
+        size[1],
+        &crate::samples::gbuffer::GBufferOptions::default(),
+    );
+    let (triangles, positions, light) =
+        (scene.soup.positions.clone(), out.samples.positions, scene.lights[0].position);
+    let mask = oracle(&triangles, &positions, light);
+    (triangles, positions, light, mask)
+}
+
+fn oracle(triangles: &[Triangle], positions: &[[f32; 3]], light: [f32; 3]) -> Vec<u8> {
+    let mut mask = vec![7; positions.len()];
+    Oracle.shadow(triangles, Samples::list(positions), light, &mut mask).unwrap();
+    mask
+}
+
+fn counter(stats: &Stats, name: &str) -> u64 {
+    stats.counters.iter().find(|c| c.0 == name).unwrap().1
+}
+
+#[test]
+fn least_capacity_takes_rounds_and_gives_the_same_mask() {
+    let (triangles, positions, light, expected) = case("room?size=2000", [96, 64]);
+    let mut method = LightTiles::with_capacity(&Options::default(), 1);
+    let mut mask = vec![7; expected.len()];
+    let stats = method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
+    assert!(mask == expected);
+    assert!(counter(&stats, "rounds") > 10, "{:?}", stats.counters);
+    // One vector of triangles may go over the mark, into every tile.
+    let tiles = counter(&stats, "tiles");
+    let lists = stats.bytes.iter().find(|b| b.0 == "triangle_lists").unwrap().1;
+    assert!(
+        lists <= (8 * tiles + 1) * 128 * rayon::current_num_threads() as u64 + 8 * tiles,
+        "{lists} bytes, {tiles} tiles"
+    );
+}
+
+#[test]
+fn a_second_frame_allocates_nothing_new() {
+    let (triangles, positions, light, expected) = case("room?size=2000", [96, 64]);
+    let mut method = LightTiles::new(&Options::default());
+    let mut mask = vec![7; expected.len()];
+    let mut room = Vec::new();
+    for _ in 0..3 {
+        method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
+        assert!(mask == expected);
+        room.push((method.points.capacity(), method.words.capacity(), method.covered.capacity()));
+    }
+    assert_eq!(room[1], room[2]);
+}
+
+#[test]
+fn clumps_get_grids_of_their_own() {
+    // Two clumps of 40,000 samples, 1e-4 rad wide as the light sees them, and a fence of slivers across each.
+    let light = [0.0, 10.0, 0.0];
+    let mut positions = Vec::new();
+    for i in 0..80_000usize {
+        let (clump, x, z) = (i % 2, i / 2 % 200, i / 400);
+        let corner = if clump == 0 { [-4.0, 0.0, 1.0] } else { [5.0, 1.0, -2.0] };
+        positions.push([corner[0] + x as f32 * 5e-6, corner[1], corner[2] + z as f32 * 5e-6]);
+    }
+    let mut triangles = Vec::new();
+    for clump in [[-4.0f32, 0.0, 1.0], [5.0, 1.0, -2.0]] {
+        for k in 0..12 {
+            // Halfway to the light.
+            let at = |x: f32, z: f32| [(clump[0] + x) / 2.0, (clump[1] + 10.0) / 2.0, (clump[2] + z) / 2.0];
+            let x = k as f32 * 8e-5;
+            triangles.push([at(x, -1e-3), at(x + 4e-5, -1e-3), at(x + 2e-5, 2e-3)]);
+        }
+    }
+    let expected = oracle(&triangles, &positions, light);
+    let shadowed = expected.iter().filter(|m| **m == SHADOWED).count();
+    assert!(shadowed > 10_000 && shadowed < 70_000, "{shadowed}");
+    for samples in [Samples::image(&positions, 400), Samples::list(&positions)] {
+        let mut method = LightTiles::new(&Options::default());
+        let mut mask = vec![7; positions.len()];
+        let stats = method.shadow(&triangles, samples, light, &mut mask).unwrap();
+        assert!(mask == expected);
+        // Without grids in crowded cells there would be two tiles with samples, and every triangle met every leaf.
+        assert!(counter(&stats, "tiles") > 100, "{:?}", stats.counters);
+        let all = triangles.len() as u64 * (positions.len() as u64 / 16);
+        assert!(counter(&stats, "pairs") < all / 10, "{:?}", stats.counters);
+    }
+}
+
+#[test]
+fn samples_at_the_light_and_far_beyond_are_answered() {
+    let triangles = [[[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [0.0, 1.0, 1.0]]];
+    let light = [0.0, 2.0, 0.0];
+    let mut positions =
+        vec![[0.0, 2.0, 0.0], [0.0, -1e30, 0.0], [f32::NAN; 3], [0.0, 0.0, 0.0], [1e-30, 2.0, 1e-30]];
+    positions.extend([[f32::MAX, -f32::MAX, 0.0], [0.0, -f32::MAX, 1.0]]);
+    let expected = oracle(&triangles, &positions, light);
+    let mut method = LightTiles::new(&Options::default());
+    let mut mask = vec![7; positions.len()];
+    let stats = method.shadow(&triangles, Samples::list(&positions), light, &mut mask).unwrap();
+    assert_eq!(mask, expected);
+    assert_eq!(counter(&stats, "wild_samples"), 5);
+}
