@@ -7,6 +7,7 @@ mod scene;
 pub(crate) use scene::{Flags, Quality, Query, Scene};
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -93,7 +94,8 @@ struct Calls {
     commit_geometry: unsafe extern "C" fn(Handle),
     occluded8: unsafe extern "C" fn(*const c_int, Handle, *mut Rays<8>, *mut Arguments),
     occluded16: unsafe extern "C" fn(*const c_int, Handle, *mut Rays<16>, *mut Arguments),
-    _library: Library,
+    /// Never unloaded: its worker threads may still be asleep in its code when the last device is gone.
+    _library: ManuallyDrop<Library>,
 }
 
 impl Calls {
@@ -129,7 +131,7 @@ impl Calls {
             commit_geometry: find!(b"rtcCommitGeometry\0"),
             occluded8: find!(b"rtcOccluded8\0"),
             occluded16: find!(b"rtcOccluded16\0"),
-            _library: library,
+            _library: ManuallyDrop::new(library),
         })
     }
 }
