@@ -10,23 +10,24 @@ use crate::options::Options;
 pub(crate) fn trace(case: &Case, scene: &Scene, options: &Options, mask: &mut [u8]) {
     for_each_tile(mask, case.width, |tile| {
         let query = Query::new(scene, options.coherent);
-        match options.packet {
-            16 => packets(case, options, tile, query, Query::occluded16),
-            _ => packets(case, options, tile, query, Query::occluded8),
+        // Packets are 4 pixels wide, or runs in a bare list.
+        match (options.packet, tile.height) {
+            (16, 1) => packets::<16, 16>(case, options, tile, query, Query::occluded16),
+            (16, _) => packets::<16, 4>(case, options, tile, query, Query::occluded16),
+            (_, 1) => packets::<8, 8>(case, options, tile, query, Query::occluded8),
+            _ => packets::<8, 4>(case, options, tile, query, Query::occluded8),
         }
     });
 }
 
-/// Cuts a tile into packets 4 pixels wide (runs, in a bare list).
-fn packets<'a, const K: usize>(
+/// Cuts a tile into packets of `K` samples, `W` wide.
+fn packets<'a, const K: usize, const W: usize>(
     case: &Case,
     options: &Options,
     tile: &mut Tile<'_>,
     mut query: Query<'a>,
     occluded: impl Fn(&mut Query<'a>, &Valid<K>, &mut Rays<K>),
 ) {
-    let columns = if tile.height == 1 { K } else { 4 };
-    let rows = K / columns;
     let mut rays = Rays::<K>::new();
     if options.from_light {
         rays.origin = case.light.map(|v| [v; K]);
@@ -34,40 +35,73 @@ fn packets<'a, const K: usize>(
         rays.near = [options.epsilon; K];
     }
     let far = if options.from_light { 1.0 - options.epsilon } else { 1.0 };
-    for y in (0..tile.height).step_by(rows) {
-        for x in (0..tile.width).step_by(columns) {
-            let mut valid = Valid([0; K]);
-            for k in 0..K {
-                let (x, y) = (x + k % columns, y + k / columns);
-                let inside = x < tile.width && y < tile.height;
-                let p = if inside { case.samples[tile.sample(x, y)] } else { [f32::NAN; 3] };
-                // NaN in any coordinate means that there is no sample.
-                let there = !(p[0] + p[1] + p[2]).is_nan();
-                valid.0[k] = -i32::from(there);
-                for axis in 0..3 {
-                    // Embree looks at all lanes of a vector, so those without a ray hold a harmless one.
-                    let away = if there { p[axis] - case.light[axis] } else { 1.0 };
-                    rays.direction[axis][k] = if options.from_light { away } else { -away };
-                    if there && !options.from_light {
-                        rays.origin[axis][k] = p[axis];
-                    }
+    for y in (0..tile.height).step_by(K / W) {
+        let rows = (tile.height - y).min(K / W);
+        for x in (0..tile.width).step_by(W) {
+            let columns = (tile.width - x).min(W);
+            let mut points = [[f32::NAN; K]; 3];
+            for row in 0..rows {
+                let at = tile.sample(x, y + row);
+                let samples = &case.samples[at..at + columns];
+                // The usual case has a constant length, for the compiler's sake.
+                match <&[[f32; 3]; W]>::try_from(samples) {
+                    Ok(samples) => spread(samples, row * W, &mut points),
+                    Err(_) => spread(samples, row * W, &mut points),
                 }
-                rays.far[k] = far;
             }
+            let valid = aim(&points, case.light, options.from_light, &mut rays);
             if valid.0 == [0; K] {
                 continue;
             }
+            rays.far = [far; K];
             occluded(&mut query, &valid, &mut rays);
-            for k in 0..K {
-                let (x, y) = (x + k % columns, y + k / columns);
-                if x < tile.width && y < tile.height {
-                    tile.mask[y * tile.width + x] = match (valid.0[k], rays.far[k] < 0.0) {
-                        (0, _) => NONE,
-                        (_, true) => SHADOWED,
-                        (_, false) => LIT,
-                    };
-                }
+            let answers = answers(&valid, &rays);
+            for row in 0..rows {
+                let at = (y + row) * tile.width + x;
+                tile.mask[at..at + columns].copy_from_slice(&answers[row * W..row * W + columns]);
             }
         }
     }
+}
+
+/// Puts neighbouring samples into the lanes from `first` on.
+#[inline(always)]
+fn spread<const K: usize>(samples: &[[f32; 3]], first: usize, points: &mut [[f32; K]; 3]) {
+    for (lane, p) in (first..K).zip(samples) {
+        for axis in 0..3 {
+            points[axis][lane] = p[axis];
+        }
+    }
+}
+
+/// Rays between light and samples; which lanes have one.
+#[inline(always)]
+fn aim<const K: usize>(
+    points: &[[f32; K]; 3],
+    light: [f32; 3],
+    from_light: bool,
+    rays: &mut Rays<K>,
+) -> Valid<K> {
+    // NaN in any coordinate means that there is no sample.
+    let valid = std::array::from_fn(|k| -i32::from(!(points[0][k] + points[1][k] + points[2][k]).is_nan()));
+    for axis in 0..3 {
+        for k in 0..K {
+            let away = points[axis][k] - light[axis];
+            // Embree looks at all lanes of a vector, so those without a ray hold a harmless one.
+            let away = if away.is_nan() { 1.0 } else { away };
+            rays.direction[axis][k] = if from_light { away } else { -away };
+        }
+    }
+    if !from_light {
+        rays.origin = *points;
+    }
+    Valid(valid)
+}
+
+#[inline(always)]
+fn answers<const K: usize>(valid: &Valid<K>, rays: &Rays<K>) -> [u8; K] {
+    std::array::from_fn(|k| {
+        let hit = if rays.far[k] < 0.0 { SHADOWED } else { LIT };
+        if valid.0[k] == 0 { NONE } else { hit }
+    })
 }
