@@ -2,20 +2,38 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser};
+use clap::{Args, Parser, Subcommand};
 
 /// Times antumbra's methods and other programs on the same triangles, samples and light, by turns in one process.
 #[derive(Debug, Parser)]
-#[command(name = "antumbra-rivals", after_help = AFTER)]
+#[command(name = "antumbra-rivals", after_help = AFTER, args_conflicts_with_subcommands = true)]
 pub struct Cli {
+    /// What else there is to do.
+    #[command(subcommand)]
+    pub verb: Option<Verb>,
+    /// One case from files.
+    #[command(flatten)]
+    pub arrays: Option<Arrays>,
+}
+
+/// What else there is to do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Times a folder of scenes, checks their answers, and keeps a record.
+    Suite(Suite),
+}
+
+/// One case from files.
+#[derive(Debug, Args)]
+pub struct Arrays {
     /// f32 [T,3,3].
-    #[arg(long, value_name = "T.npy")]
+    #[arg(long, value_name = "T.npy", required = true)]
     pub triangles: PathBuf,
     /// f32 [H,W,3] or [N,3]; NaN = no sample.
-    #[arg(long, value_name = "S.npy")]
+    #[arg(long, value_name = "S.npy", required = true)]
     pub samples: PathBuf,
     /// Where the light is.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, required = true)]
     pub light: [f32; 3],
     /// How it is run.
     #[command(flatten)]
@@ -26,6 +44,35 @@ pub struct Cli {
     /// The report as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A folder of scenes.
+#[derive(Debug, Args)]
+pub struct Suite {
+    /// The folder of `.toml` files.
+    #[arg(long, default_value = "bench/definitions")]
+    pub definitions: PathBuf,
+    /// Only cases whose names contain one of these.
+    #[arg(long, value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Pictures of cases that do not say it themselves.
+    #[arg(long, value_name = "WxH", default_value = "1920x1080")]
+    pub size: String,
+    /// How it is run.
+    #[command(flatten)]
+    pub how: How,
+    /// Where records are kept: RECORD/<machine>/<date>-<size>.csv.
+    #[arg(long, default_value = "bench/record")]
+    pub record: PathBuf,
+    /// What this machine is called in records [default: processor and threads].
+    #[arg(long)]
+    pub machine: Option<String>,
+    /// Writes no record.
+    #[arg(long)]
+    pub no_record: bool,
+    /// Writes what is found into the definitions, as the right answer. Uses exact engines only.
+    #[arg(long)]
+    pub update: bool,
 }
 
 /// How the engines are run.

@@ -80,6 +80,54 @@ impl Report {
     }
 }
 
+/// All cases as a table for a page: medians, and how ours stand to theirs. Ratios by processor time stand beside those by
+/// the clock, because a shared machine disturbs them less.
+pub fn markdown<'a>(reports: impl Iterator<Item = &'a Report> + Clone) -> String {
+    let Some(first) = reports.clone().next() else { return String::new() };
+    let mut out = format!(
+        "Medians of {} rounds, {} threads; times in ms (processor time by threads in brackets).\n\n",
+        first.rounds, first.threads
+    );
+    let compared: Vec<&Ratio> = first.ratios.iter().filter(|r| r.of == "total").collect();
+    let mut head = vec!["scene".to_owned(), "triangles".to_owned(), "samples".to_owned()];
+    for row in &first.engines {
+        head.push(row.engine.clone());
+    }
+    for row in first.engines.iter().filter(|row| !row.exact) {
+        head.push(format!("{} wrong", row.engine));
+    }
+    for r in &compared {
+        let short = |name: &str| name.trim_start_matches("antumbra:").to_owned();
+        head.push(format!("{} / {}: total, to trace alone, cpu", short(&r.engine), r.rival));
+    }
+    let _ = writeln!(out, "| {} |", head.join(" | "));
+    let _ = writeln!(out, "|{}", " --- |".repeat(head.len()));
+    for report in reports.clone() {
+        let mut cells = vec![report.case.clone(), report.triangles.to_string(), report.samples.to_string()];
+        cells.extend(
+            report.engines.iter().map(|r| format!("{:.1} ({:.1})", r.total_ms.median, r.cpu_ms.median)),
+        );
+        let inexact = report.engines.iter().filter(|row| !row.exact);
+        cells.extend(inexact.map(|r| r.mismatches.map_or("-".to_owned(), |n| n.to_string())));
+        for three in report.ratios.chunks(3) {
+            let three: Vec<String> = three.iter().map(|r| format!("{:.2}", r.of_medians)).collect();
+            cells.push(three.join(", "));
+        }
+        let _ = writeln!(out, "| {} |", cells.join(" | "));
+    }
+    let mut cells = vec![String::from("geometric mean"), String::new(), String::new()];
+    cells.resize(head.len() - compared.len(), String::new());
+    for pair in 0..compared.len() {
+        let mean = |of: usize| {
+            let logs = reports.clone().map(|r| r.ratios[3 * pair + of].of_medians.ln());
+            format!("{:.2}", (logs.sum::<f64>() / reports.clone().count() as f64).exp())
+        };
+        cells.push(format!("**{}, {}, {}**", mean(0), mean(1), mean(2)));
+    }
+    let _ = writeln!(out, "| {} |", cells.join(" | "));
+    out
+}
+
 /// One row an engine and round, with a head.
 pub fn csv(cases: &[(Report, Vec<Measured>)]) -> String {
     let mut out = String::from(

@@ -1,4 +1,4 @@
-//! The verbs.
+//! One case: from arrays to a report.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use bench_common::Case;
 
-use crate::args::{Cli, How};
+use crate::args::{Arrays, How};
 use crate::compare::{ratios, rows};
 use crate::measure::{Measured, measure};
 use crate::report::{self, Report};
@@ -17,7 +17,7 @@ use crate::engines;
 ///
 /// # Errors
 /// What cannot be read, started or written.
-pub fn arrays(cli: &Cli) -> Result<ExitCode> {
+pub fn arrays(cli: &Arrays) -> Result<ExitCode> {
     let triangles = antumbra_io::read::npy::read_triangles(&cli.triangles)?;
     let (samples, shape) = antumbra_io::read::npy::read_samples(&cli.samples)?;
     let width = shape.last().copied().unwrap_or(samples.len());
