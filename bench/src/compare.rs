@@ -104,7 +104,8 @@ pub fn ratios(all: &[Measured]) -> Vec<Ratio> {
     for engine in all.iter().filter(ours) {
         for rival in all.iter().filter(|m| !ours(m)) {
             let mut push = |of, a: fn(&Frame) -> f64, b: fn(&Frame) -> f64| {
-                let (x, y) = (Spread::of(engine.frames.iter().map(a)), Spread::of(rival.frames.iter().map(b)));
+                let (x, y) =
+                    (Spread::of(engine.frames.iter().map(a)), Spread::of(rival.frames.iter().map(b)));
                 let rounds = engine.frames.iter().zip(&rival.frames).map(|(f, g)| a(f) / b(g));
                 ratios.push(Ratio {
                     engine: engine.name.clone(),

@@ -54,18 +54,17 @@ impl Report {
                 [&row.total_ms, &row.build_ms, &row.trace_ms, &row.cpu_ms].map(pair);
             let mismatches = row.mismatches.map_or("-".to_owned(), |n| n.to_string());
             let name = format!("{:w$}", row.engine, w = width.max("ms: min, median".len()));
-            let _ = writeln!(
-                out,
-                "{name} {total} {build} {trace} {cpu} {:>10} {mismatches:>10}",
-                row.shadowed
-            );
+            let _ =
+                writeln!(out, "{name} {total} {build} {trace} {cpu} {:>10} {mismatches:>10}", row.shadowed);
         }
         out.push('\n');
         for row in &self.engines {
             let _ = writeln!(out, "{:width$} {}", row.engine, row.setup);
         }
         if !self.ratios.is_empty() {
-            out.push_str("\nours / theirs                            medians  minima   rounds: min, median, max\n");
+            out.push_str(
+                "\nours / theirs                            medians  minima   rounds: min, median, max\n",
+            );
         }
         for r in &self.ratios {
             let name = format!("{} / {}, {}", r.engine, r.rival, r.of);

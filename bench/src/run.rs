@@ -9,9 +9,9 @@ use bench_common::Case;
 
 use crate::args::{Arrays, How};
 use crate::compare::{ratios, rows};
+use crate::engines;
 use crate::measure::{Measured, measure};
 use crate::report::{self, Report};
-use crate::engines;
 
 /// Arrays from files.
 ///

@@ -77,12 +77,7 @@ fn camera(d: &Definition, scene: &Scene, defaults: &Defaults<'_>, aspect: f32) -
     })
 }
 
-fn light(
-    d: &Definition,
-    scene: &Scene,
-    defaults: &Defaults<'_>,
-    camera: &Camera,
-) -> Result<PointLight> {
+fn light(d: &Definition, scene: &Scene, defaults: &Defaults<'_>, camera: &Camera) -> Result<PointLight> {
     let mut light = match (d.light_index, d.light) {
         (Some(index), _) => match scene.lights.get(index) {
             Some(light) => light.clone(),

@@ -49,8 +49,7 @@ impl Stress {
         arrays.triangles.extend((0..self.huge).map(|_| huge(&bounds, &mut random)));
         if let Some(sizes) = self.light_away {
             let away = unit(sub(arrays.light.map(f64::from), bounds.middle));
-            arrays.light =
-                to_f32(add(bounds.middle, scale(away, f64::from(sizes) * 2.0 * bounds.radius)));
+            arrays.light = to_f32(add(bounds.middle, scale(away, f64::from(sizes) * 2.0 * bounds.radius)));
         }
         if let Some(width) = self.clumps {
             clump(&mut arrays.samples, arrays.light, f64::from(width), &mut random);
@@ -60,9 +59,8 @@ impl Stress {
 
 /// Into four at the middles of the edges.
 fn split(t: &Triangle) -> [Triangle; 4] {
-    let middle = |a: [f32; 3], b: [f32; 3]| {
-        [0, 1, 2].map(|k| (0.5 * (f64::from(a[k]) + f64::from(b[k]))) as f32)
-    };
+    let middle =
+        |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|k| (0.5 * (f64::from(a[k]) + f64::from(b[k]))) as f32);
     let [a, b, c] = *t;
     let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]

@@ -28,7 +28,8 @@ pub struct Embree {
     name: String,
     options: Options,
     device: Arc<Device>,
-    scene: Option<(Arc<Case>, Scene)>,
+    /// With what is left out of each ray.
+    scene: Option<(Arc<Case>, Scene, f32)>,
 }
 
 impl Embree {
@@ -66,16 +67,20 @@ impl Engine for Embree {
     fn prepare(&mut self, case: &Arc<Case>) -> Result<()> {
         self.scene = None;
         let scene = Scene::new(&self.device, case, self.options.quality, self.options.flags)?;
-        self.scene = Some((case.clone(), scene));
+        self.scene = Some((case.clone(), scene, case.cut(self.options.epsilon)));
         Ok(())
     }
 
     fn frame(&mut self, mask: &mut [u8]) -> Result<FrameTime> {
-        let (case, scene) = self.scene.as_mut().context("frame before prepare")?;
+        let (case, scene, cut) = self.scene.as_mut().context("frame before prepare")?;
         let start = Instant::now();
-        if self.options.join { scene.rebuild_joined()? } else { scene.rebuild()? };
+        if self.options.join {
+            scene.rebuild_joined()?
+        } else {
+            scene.rebuild()?
+        };
         let build_ms = ms_since(start);
-        trace::trace(case, scene, &self.options, mask);
+        trace::trace(case, scene, &self.options, *cut, mask);
         let total_ms = ms_since(start);
         Ok(FrameTime { build_ms, trace_ms: total_ms - build_ms, total_ms })
     }

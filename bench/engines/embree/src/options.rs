@@ -18,7 +18,7 @@ pub(crate) struct Options {
     pub(crate) coherent: bool,
     /// Rays start at the light, which all share; otherwise at their samples.
     pub(crate) from_light: bool,
-    /// The part of the way to the light that is left out at the sample's end.
+    /// What is left out at the sample's end (`Case::cut`).
     pub(crate) epsilon: f32,
     /// Build with the threads that trace, rather than with Embree's own.
     pub(crate) join: bool,
@@ -81,7 +81,9 @@ impl fmt::Display for Options {
         write!(f, "quality {quality}, packets of {}, rays from ", self.packet)?;
         f.write_str(if self.from_light { "the light" } else { "the sample" })?;
         f.write_str(if self.coherent { ", coherent" } else { ", incoherent" })?;
-        for (on, word) in [(self.flags.robust, ", robust"), (self.flags.dynamic, ", dynamic"), (self.join, ", joined")] {
+        for (on, word) in
+            [(self.flags.robust, ", robust"), (self.flags.dynamic, ", dynamic"), (self.join, ", joined")]
+        {
             f.write_str(if on { word } else { "" })?;
         }
         write!(f, ", epsilon {:e}", self.epsilon)
@@ -96,7 +98,9 @@ mod tests {
     fn options_are_words() {
         assert_eq!(Options::parse("").unwrap(), Options::default());
         let options = Options::parse("sample:robust:8:eps=1e-5").unwrap();
-        assert!(!options.from_light && options.flags.robust && options.packet == 8 && options.epsilon == 1e-5);
+        assert!(
+            !options.from_light && options.flags.robust && options.packet == 8 && options.epsilon == 1e-5
+        );
         assert!(Options::parse("fast").unwrap_err().to_string().contains("known are"));
         assert!(Options::parse("eps=2").is_err());
     }

@@ -6,16 +6,16 @@ use bench_common::{Case, Tile, for_each_tile};
 use crate::ffi::{Query, Rays, Scene, Valid};
 use crate::options::Options;
 
-/// Asks one ray a sample.
-pub(crate) fn trace(case: &Case, scene: &Scene, options: &Options, mask: &mut [u8]) {
+/// Asks one ray a sample. The part `cut` of it, at the sample's end, is left out.
+pub(crate) fn trace(case: &Case, scene: &Scene, options: &Options, cut: f32, mask: &mut [u8]) {
     for_each_tile(mask, case.width, |tile| {
         let query = Query::new(scene, options.coherent);
         // Packets are 4 pixels wide, or runs in a bare list.
         match (options.packet, tile.height) {
-            (16, 1) => packets::<16, 16>(case, options, tile, query, Query::occluded16),
-            (16, _) => packets::<16, 4>(case, options, tile, query, Query::occluded16),
-            (_, 1) => packets::<8, 8>(case, options, tile, query, Query::occluded8),
-            _ => packets::<8, 4>(case, options, tile, query, Query::occluded8),
+            (16, 1) => packets::<16, 16>(case, options, cut, tile, query, Query::occluded16),
+            (16, _) => packets::<16, 4>(case, options, cut, tile, query, Query::occluded16),
+            (_, 1) => packets::<8, 8>(case, options, cut, tile, query, Query::occluded8),
+            _ => packets::<8, 4>(case, options, cut, tile, query, Query::occluded8),
         }
     });
 }
@@ -24,6 +24,7 @@ pub(crate) fn trace(case: &Case, scene: &Scene, options: &Options, mask: &mut [u
 fn packets<'a, const K: usize, const W: usize>(
     case: &Case,
     options: &Options,
+    cut: f32,
     tile: &mut Tile<'_>,
     mut query: Query<'a>,
     occluded: impl Fn(&mut Query<'a>, &Valid<K>, &mut Rays<K>),
@@ -32,9 +33,9 @@ fn packets<'a, const K: usize, const W: usize>(
     if options.from_light {
         rays.origin = case.light.map(|v| [v; K]);
     } else {
-        rays.near = [options.epsilon; K];
+        rays.near = [cut; K];
     }
-    let far = if options.from_light { 1.0 - options.epsilon } else { 1.0 };
+    let far = if options.from_light { 1.0 - cut } else { 1.0 };
     for y in (0..tile.height).step_by(K / W) {
         let rows = (tile.height - y).min(K / W);
         for x in (0..tile.width).step_by(W) {

@@ -21,7 +21,7 @@ use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 
-/// The part of the way to the light that is left out at the sample's end, as with Embree.
+/// What is left out at the sample's end (`Case::cut`), as with Embree.
 const EPSILON: f32 = 1e-3;
 
 /// Primitives that a leaf of the compressed tree can hold.
@@ -32,7 +32,8 @@ pub struct Obvhs {
     name: String,
     preset: &'static str,
     parameters: BvhBuildParams,
-    case: Option<Arc<Case>>,
+    /// With what is left out of each ray.
+    case: Option<(Arc<Case>, f32)>,
     scratch: Scratch,
 }
 
@@ -74,16 +75,16 @@ impl Engine for Obvhs {
     }
 
     fn prepare(&mut self, case: &Arc<Case>) -> Result<()> {
-        self.case = Some(case.clone());
+        self.case = Some((case.clone(), case.cut(EPSILON)));
         Ok(())
     }
 
     fn frame(&mut self, mask: &mut [u8]) -> Result<FrameTime> {
-        let case = self.case.as_ref().context("frame before prepare")?;
+        let (case, cut) = self.case.as_ref().context("frame before prepare")?;
         let start = Instant::now();
         let tree = self.scratch.build(case, &self.parameters);
         let build_ms = ms_since(start);
-        trace(case, &tree, &self.scratch.leaves, mask);
+        trace(case, &tree, &self.scratch.leaves, *cut, mask);
         let total_ms = ms_since(start);
         Ok(FrameTime { build_ms, trace_ms: total_ms - build_ms, total_ms })
     }
@@ -118,7 +119,7 @@ impl Scratch {
     }
 }
 
-fn trace(case: &Case, tree: &CwBvh, leaves: &[RtTriangle], mask: &mut [u8]) {
+fn trace(case: &Case, tree: &CwBvh, leaves: &[RtTriangle], cut: f32, mask: &mut [u8]) {
     let light = Vec3A::from_array(case.light);
     for_each_tile(mask, case.width, |tile: &mut Tile<'_>| {
         for y in 0..tile.height {
@@ -127,7 +128,7 @@ fn trace(case: &Case, tree: &CwBvh, leaves: &[RtTriangle], mask: &mut [u8]) {
                 if p.is_nan() {
                     continue;
                 }
-                let ray = Ray::new(light, p - light, 0.0, 1.0 - EPSILON);
+                let ray = Ray::new(light, p - light, 0.0, 1.0 - cut);
                 let lit = leaves.is_empty() || tree.ray_traverse_miss(ray, |ray, i| leaves[i].intersect(ray));
                 tile.mask[y * tile.width + x] = if lit { LIT } else { SHADOWED };
             }

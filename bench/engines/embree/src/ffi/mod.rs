@@ -88,8 +88,7 @@ struct Calls {
     new_geometry: unsafe extern "C" fn(Handle, c_int) -> Handle,
     release_geometry: unsafe extern "C" fn(Handle),
     geometry_quality: unsafe extern "C" fn(Handle, c_int),
-    shared_buffer:
-        unsafe extern "C" fn(Handle, c_int, c_uint, c_int, *const c_void, usize, usize, usize),
+    shared_buffer: unsafe extern "C" fn(Handle, c_int, c_uint, c_int, *const c_void, usize, usize, usize),
     update_buffer: unsafe extern "C" fn(Handle, c_int, c_uint),
     commit_geometry: unsafe extern "C" fn(Handle),
     occluded8: unsafe extern "C" fn(*const c_int, Handle, *mut Rays<8>, *mut Arguments),

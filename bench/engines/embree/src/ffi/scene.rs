@@ -48,10 +48,16 @@ unsafe impl Sync for Scene {}
 
 impl Scene {
     /// Attaches the triangles. Nothing is built yet.
-    pub(crate) fn new(device: &Arc<Device>, case: &Arc<Case>, quality: Quality, flags: Flags) -> Result<Scene> {
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        case: &Arc<Case>,
+        quality: Quality,
+        flags: Flags,
+    ) -> Result<Scene> {
         let calls = &device.calls;
         let triangles = case.triangles();
-        let corners: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let corners: Vec<[u32; 3]> =
+            (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let flag_bits = c_int::from(flags.dynamic) | c_int::from(flags.robust) << 2;
         // SAFETY: handles are used with the device that made them. Both buffers live as long as the scene, which owns them
         // through `_case` and `_corners`; the vertices have a triangle's worth of bytes after the last one (`Case`), of which
