@@ -2,38 +2,41 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser};
 
-/// Times antumbra's methods and other programs on the same triangles, samples and light, by turns in one process.
-#[derive(Debug, Parser)]
-#[command(name = "antumbra-rivals", after_help = AFTER, args_conflicts_with_subcommands = true)]
-pub struct Cli {
-    /// What else there is to do.
-    #[command(subcommand)]
-    pub verb: Option<Verb>,
+/// What is to be done.
+#[derive(Debug)]
+pub enum Plan {
     /// One case from files.
-    #[command(flatten)]
-    pub arrays: Option<Arrays>,
-}
-
-/// What else there is to do.
-#[derive(Debug, Subcommand)]
-pub enum Verb {
-    /// Times a folder of scenes, checks their answers, and keeps a record.
+    Arrays(Arrays),
+    /// A folder of scenes: everything after the word `suite`.
     Suite(Suite),
 }
 
-/// One case from files.
-#[derive(Debug, Args)]
+impl Plan {
+    /// Reads the command line; ends the program where that cannot be meant.
+    pub fn parse() -> Plan {
+        let mut words: Vec<_> = std::env::args_os().collect();
+        if words.get(1).is_some_and(|word| word == "suite") {
+            words.remove(1);
+            return Plan::Suite(Suite::parse_from(words));
+        }
+        Plan::Arrays(Arrays::parse_from(words))
+    }
+}
+
+/// Times antumbra's methods and other programs on the same triangles, samples and light, by turns in one process.
+#[derive(Debug, Parser)]
+#[command(name = "antumbra-rivals", after_help = AFTER)]
 pub struct Arrays {
     /// f32 [T,3,3].
-    #[arg(long, value_name = "T.npy", required = true)]
+    #[arg(long, value_name = "T.npy")]
     pub triangles: PathBuf,
     /// f32 [H,W,3] or [N,3]; NaN = no sample.
-    #[arg(long, value_name = "S.npy", required = true)]
+    #[arg(long, value_name = "S.npy")]
     pub samples: PathBuf,
     /// Where the light is.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, required = true)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub light: [f32; 3],
     /// How it is run.
     #[command(flatten)]
@@ -46,8 +49,9 @@ pub struct Arrays {
     pub json: bool,
 }
 
-/// A folder of scenes.
-#[derive(Debug, Args)]
+/// Times a folder of scenes, checks their answers, and keeps a record.
+#[derive(Debug, Parser)]
+#[command(name = "antumbra-rivals suite")]
 pub struct Suite {
     /// The folder of `.toml` files.
     #[arg(long, default_value = "bench/definitions")]
@@ -93,6 +97,7 @@ pub struct How {
 }
 
 const AFTER: &str = "\
+antumbra-rivals suite --help: a folder of scenes instead of files of arrays.
 Embree is looked for where ANTUMBRA_EMBREE_LIB says; bench/engines/embree/fetch.sh gets it and prints the path.
 Arrays are made by: antumbra render SCENE --triangles t.npy --samples s.npy (and --light, --eye, ...).
 Exit code 1: masks of exact methods differ.";
@@ -103,5 +108,21 @@ fn point(text: &str) -> Result<[f32; 3], String> {
     match parts.map(<[f32; 3]>::try_from) {
         Ok(Ok(point)) if point.iter().all(|v| v.is_finite()) => Ok(point),
         _ => Err(format!("'{text}' is not three finite numbers X,Y,Z")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_and_suite() {
+        let words = "antumbra-rivals --triangles t.npy --samples s.npy --light -1,2,3 --engines embree,antumbra:oracle";
+        let arrays = Arrays::try_parse_from(words.split(' ')).unwrap();
+        assert_eq!(arrays.light, [-1.0, 2.0, 3.0]);
+        assert_eq!(arrays.how.engines, ["embree", "antumbra:oracle"]);
+        assert!(Arrays::try_parse_from(["antumbra-rivals", "--light", "1,2"]).is_err());
+        let suite = Suite::try_parse_from(["antumbra-rivals suite", "--only", "sponza,dragon"]).unwrap();
+        assert_eq!((suite.only.len(), suite.size.as_str()), (2, "1920x1080"));
     }
 }

@@ -2,19 +2,13 @@
 
 use std::process::ExitCode;
 
-use antumbra_bench::args::{Cli, Verb};
+use antumbra_bench::args::Plan;
 use antumbra_bench::{run, suite};
-use clap::{CommandFactory, Parser};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let result = match (&cli.verb, &cli.arrays) {
-        (Some(Verb::Suite(suite)), _) => suite::run(suite),
-        (None, Some(arrays)) => run::arrays(arrays),
-        (None, None) => {
-            let _ = Cli::command().print_help();
-            return ExitCode::from(2);
-        }
+    let result = match Plan::parse() {
+        Plan::Arrays(arrays) => run::arrays(&arrays),
+        Plan::Suite(plan) => suite::run(&plan),
     };
     result.unwrap_or_else(|e| {
         eprintln!("antumbra-rivals: {e:#}");

@@ -75,10 +75,10 @@ impl Engine for Embree {
         let (case, scene, cut) = self.scene.as_mut().context("frame before prepare")?;
         let start = Instant::now();
         if self.options.join {
-            scene.rebuild_joined()?
+            scene.rebuild_joined()?;
         } else {
-            scene.rebuild()?
-        };
+            scene.rebuild()?;
+        }
         let build_ms = ms_since(start);
         trace::trace(case, scene, &self.options, *cut, mask);
         let total_ms = ms_since(start);
