@@ -44,7 +44,6 @@ pub fn measure(
     pool: &ThreadPool,
     rounds: usize,
     rest: Duration,
-    mut told: impl FnMut(usize),
 ) -> Result<Vec<Measured>> {
     let mut all = Vec::new();
     for engine in engines.iter_mut() {
@@ -54,7 +53,6 @@ pub fn measure(
         all.push(Measured { name, setup: String::new(), exact, frames: Vec::new(), mask });
     }
     for round in 0..=rounds {
-        told(round);
         for (engine, measured) in engines.iter_mut().zip(&mut all) {
             sleep(rest);
             let frame = frame(engine.as_mut(), pool, &mut measured.mask);

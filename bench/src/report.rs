@@ -127,9 +127,13 @@ pub fn markdown<'a>(reports: impl Iterator<Item = &'a Report> + Clone) -> String
     out
 }
 
-/// One row an engine and round, with a head.
+/// One row an engine and round, with a head. Lines that begin with `#` say what was run.
 pub fn csv(cases: &[(Report, Vec<Measured>)]) -> String {
-    let mut out = String::from(
+    let mut out = format!("# commit {}\n", commit());
+    for row in cases.first().map_or(&[][..], |(report, _)| &report.engines) {
+        let _ = writeln!(out, "# {}: {}", row.engine, row.setup);
+    }
+    out.push_str(
         "case,triangles,width,height,samples,threads,engine,round,build_ms,trace_ms,total_ms,cpu_ms,shadowed,mismatches\n",
     );
     for (report, all) in cases {
@@ -156,6 +160,18 @@ pub fn csv(cases: &[(Report, Vec<Measured>)]) -> String {
         }
     }
     out
+}
+
+/// The version of the code that is here, with a `+` if it was changed since; `unknown` without git.
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = std::process::Command::new("git").args(arguments).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let Some(hash) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".to_owned() };
+    // Records and answers change by running the bench itself.
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", "*.rs", "*Cargo.*"]);
+    if changed.is_some_and(|files| !files.is_empty()) { hash + "+" } else { hash }
 }
 
 /// Writes a text file, and its folder where there is none.

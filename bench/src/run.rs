@@ -50,7 +50,7 @@ pub fn one(name: &str, case: &Arc<Case>, how: &How) -> Result<(Report, Vec<Measu
     let mut engines =
         how.engines.iter().map(|name| engines::create(name, threads)).collect::<Result<Vec<_>>>()?;
     let rest = Duration::from_millis(how.rest);
-    let measured = measure(&mut engines, case, &pool, usize::from(how.rounds), rest, |_| ())?;
+    let measured = measure(&mut engines, case, &pool, usize::from(how.rounds), rest)?;
     let report = Report {
         case: name.to_owned(),
         triangles: case.triangles().len(),
