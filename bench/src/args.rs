@@ -88,6 +88,9 @@ pub struct How {
     /// Frames of each engine that count; one more before them does not.
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
     pub rounds: u16,
+    /// Seconds after which a case gets no more rounds, however many it has had (one at least).
+    #[arg(long, default_value_t = 120)]
+    pub budget: u64,
     /// Threads of each engine [default: all].
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use bench_common::{Case, Engine, FrameTime};
@@ -34,7 +34,18 @@ pub struct Measured {
     pub mask: Vec<u8>,
 }
 
-/// Runs `rounds` rounds after one that does not count. In between, `rest` lets threads of the engines fall asleep.
+/// How long it may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patience {
+    /// Rounds that count, after one that does not.
+    pub rounds: usize,
+    /// After so much time there are no more rounds.
+    pub budget: Duration,
+    /// Rest before each frame, for the threads of other engines to fall asleep.
+    pub rest: Duration,
+}
+
+/// Runs the engines by turns.
 ///
 /// # Errors
 /// What an engine says.
@@ -42,8 +53,7 @@ pub fn measure(
     engines: &mut [Box<dyn Engine>],
     case: &Arc<Case>,
     pool: &ThreadPool,
-    rounds: usize,
-    rest: Duration,
+    patience: Patience,
 ) -> Result<Vec<Measured>> {
     let mut all = Vec::new();
     for engine in engines.iter_mut() {
@@ -52,9 +62,13 @@ pub fn measure(
         let (name, exact) = (engine.name().to_owned(), engine.exact());
         all.push(Measured { name, setup: String::new(), exact, frames: Vec::new(), mask });
     }
-    for round in 0..=rounds {
+    let start = Instant::now();
+    for round in 0..=patience.rounds {
+        if round > 1 && start.elapsed() > patience.budget {
+            break;
+        }
         for (engine, measured) in engines.iter_mut().zip(&mut all) {
-            sleep(rest);
+            sleep(patience.rest);
             let frame = frame(engine.as_mut(), pool, &mut measured.mask);
             let frame = frame.with_context(|| measured.name.clone())?;
             if round > 0 {

@@ -84,8 +84,9 @@ impl Report {
 pub fn markdown<'a>(reports: impl Iterator<Item = &'a Report> + Clone) -> String {
     let Some(first) = reports.clone().next() else { return String::new() };
     let mut out = format!(
-        "Medians of {} rounds, {} threads; times in ms (processor time by threads in brackets).\n\n",
-        first.rounds, first.threads
+        "Medians of up to {} rounds, {} threads; times in ms (processor time by threads in brackets).\n\n",
+        reports.clone().map(|r| r.rounds).max().unwrap_or(0),
+        first.threads
     );
     let compared: Vec<&Ratio> = first.ratios.iter().filter(|r| r.of == "total").collect();
     let mut head = vec!["scene".to_owned(), "triangles".to_owned(), "samples".to_owned()];

@@ -10,7 +10,7 @@ use bench_common::Case;
 use crate::args::{Arrays, How};
 use crate::compare::{ratios, rows};
 use crate::engines;
-use crate::measure::{Measured, measure};
+use crate::measure::{Measured, Patience, measure};
 use crate::report::{self, Report};
 
 /// Arrays from files.
@@ -49,15 +49,19 @@ pub fn one(name: &str, case: &Arc<Case>, how: &How) -> Result<(Report, Vec<Measu
     let threads = pool.current_num_threads();
     let mut engines =
         how.engines.iter().map(|name| engines::create(name, threads)).collect::<Result<Vec<_>>>()?;
-    let rest = Duration::from_millis(how.rest);
-    let measured = measure(&mut engines, case, &pool, usize::from(how.rounds), rest)?;
+    let patience = Patience {
+        rounds: usize::from(how.rounds),
+        budget: Duration::from_secs(how.budget),
+        rest: Duration::from_millis(how.rest),
+    };
+    let measured = measure(&mut engines, case, &pool, patience)?;
     let report = Report {
         case: name.to_owned(),
         triangles: case.triangles().len(),
         size: [case.width, case.height()],
         samples: case.samples.iter().filter(|p| !p.iter().any(|v| v.is_nan())).count(),
         threads,
-        rounds: usize::from(how.rounds),
+        rounds: measured.first().map_or(0, |m| m.frames.len()),
         engines: rows(&measured)?,
         ratios: ratios(&measured),
     };
