@@ -18,7 +18,7 @@ const EMBREE: &[&str] = &[
     "embree:sample",
     "embree:incoherent:robust",
     "embree:medium:join",
-    "embree:eps=1e-5",
+    "embree:eps=1e-4",
 ];
 
 fn engines() -> Vec<Box<dyn Engine>> {

@@ -33,7 +33,7 @@ impl Default for Options {
             packet_told: false,
             coherent: true,
             from_light: true,
-            epsilon: 1e-3,
+            epsilon: 1e-5,
             join: false,
         }
     }

@@ -22,7 +22,7 @@ use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 
 /// What is left out at the sample's end (`Case::cut`), as with Embree.
-const EPSILON: f32 = 1e-3;
+const EPSILON: f32 = 1e-5;
 
 /// Primitives that a leaf of the compressed tree can hold.
 const MAX_LEAF: u32 = 3;
