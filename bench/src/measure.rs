@@ -1,0 +1,88 @@
+//! Runs engines by turns: A B A B, so that whatever else the machine does meets all of them alike.
+
+use std::sync::Arc;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use bench_common::{Case, Engine, FrameTime};
+use cpu_time::ProcessTime;
+use rayon::ThreadPool;
+
+/// One frame of one engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Wall times.
+    pub time: FrameTime,
+    /// Time that the processor worked for this process during the frame, by the number of threads: what the wall time would be if
+    /// nobody else wanted the machine and all threads were busy. Steadier than wall time on a shared machine.
+    pub cpu_ms: f64,
+}
+
+/// All that an engine did.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// As asked for.
+    pub name: String,
+    /// How it was set up.
+    pub setup: String,
+    /// Whether its mask must be that of exact arithmetic.
+    pub exact: bool,
+    /// One a round.
+    pub frames: Vec<Frame>,
+    /// The last answer.
+    pub mask: Vec<u8>,
+}
+
+/// How long it may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patience {
+    /// Rounds that count, after one that does not.
+    pub rounds: usize,
+    /// After so much time there are no more rounds.
+    pub budget: Duration,
+    /// Rest before each frame, for the threads of other engines to fall asleep.
+    pub rest: Duration,
+}
+
+/// Runs the engines by turns.
+///
+/// # Errors
+/// What an engine says.
+pub fn measure(
+    engines: &mut [Box<dyn Engine>],
+    case: &Arc<Case>,
+    pool: &ThreadPool,
+    patience: Patience,
+) -> Result<Vec<Measured>> {
+    let mut all = Vec::new();
+    for engine in engines.iter_mut() {
+        engine.prepare(case).with_context(|| engine.name().to_owned())?;
+        let mask = vec![0; case.samples.len()];
+        let (name, exact) = (engine.name().to_owned(), engine.exact());
+        all.push(Measured { name, setup: String::new(), exact, frames: Vec::new(), mask });
+    }
+    let start = Instant::now();
+    for round in 0..=patience.rounds {
+        if round > 1 && start.elapsed() > patience.budget {
+            break;
+        }
+        for (engine, measured) in engines.iter_mut().zip(&mut all) {
+            sleep(patience.rest);
+            let frame = frame(engine.as_mut(), pool, &mut measured.mask);
+            let frame = frame.with_context(|| measured.name.clone())?;
+            if round > 0 {
+                measured.frames.push(frame);
+            }
+            measured.setup = engine.setup();
+        }
+    }
+    Ok(all)
+}
+
+fn frame(engine: &mut dyn Engine, pool: &ThreadPool, mask: &mut [u8]) -> Result<Frame> {
+    let cpu = ProcessTime::try_now()?;
+    let time = pool.install(|| engine.frame(mask))?;
+    let cpu_ms = cpu.try_elapsed()?.as_secs_f64() * 1e3 / pool.current_num_threads() as f64;
+    Ok(Frame { time, cpu_ms })
+}
