@@ -1,10 +1,17 @@
 //! Numbers and tables as Markdown.
 
-/// A table; the first column to the left, all others to the right.
+/// A table. Columns of numbers to the right, all others to the left.
 pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let mut text = line(&head.iter().map(|h| (*h).to_owned()).collect::<Vec<_>>());
-    let rule = (0..head.len()).map(|i| if i == 0 { "---" } else { "---:" }.to_owned());
+    let number = |cell: &str| {
+        let unit = |c: char| c.is_ascii_digit() || ",. kM".contains(c);
+        cell.chars().all(unit)
+    };
+    let rule = (0..head.len()).map(|i| {
+        let numbers = rows.iter().filter_map(|r| r.get(i)).all(|cell| number(cell));
+        if numbers { "---:" } else { "---" }.to_owned()
+    });
     text += &line(&rule.collect::<Vec<_>>());
     for row in rows {
         text += &line(row);
@@ -68,7 +75,7 @@ mod tests {
 
     #[test]
     fn a_table_has_a_rule_under_its_head() {
-        let text = table(&["a", "b"], &[vec!["x".to_owned(), "1".to_owned()]]);
-        assert_eq!(text, "| a | b |\n| --- | ---: |\n| x | 1 |\n");
+        let text = table(&["a", "b"], &[vec!["x".to_owned(), "1.5 k".to_owned()]]);
+        assert_eq!(text, "| a | b |\n| --- | ---: |\n| x | 1.5 k |\n");
     }
 }
