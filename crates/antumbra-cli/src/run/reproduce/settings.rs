@@ -39,3 +39,5 @@ pub(super) const BUILDING: Setting = Setting {
 pub(super) const ROOM: Setting = Setting::new("builtin:room", "builtin:room", SQUARE);
 pub(super) const CITY: Setting = Setting::new("builtin:city", "builtin:city?size=60000", SQUARE);
 pub(super) const FOREST: Setting = Setting::new("builtin:forest", "builtin:forest?size=60000", SQUARE);
+/// Hairs as thin as pixels before a wall: a depth edge in nearly every quad of the foreground.
+pub(super) const HAIR: Setting = Setting::new("builtin:hairball", "builtin:hairball?size=30000", SQUARE);

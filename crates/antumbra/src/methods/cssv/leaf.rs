@@ -138,8 +138,8 @@ impl Leaf<'_> {
             let at = &mut self.count[base..base + LANES];
             (i32x8::from_slice(s, at) + crossed.select(weight, zero)).store_slice(at);
             let used = (1u64 << (samples - base).min(LANES)) - 1;
-            let crossed = crossed.to_bitmask() as u64 & used;
-            let mut open = !(crossed | low.simd_lt(-1.0).to_bitmask() as u64) & used;
+            let crossed = crossed.to_bitmask() & used;
+            let mut open = !(crossed | low.simd_lt(-1.0).to_bitmask()) & used;
             counts.leaf_hits += u64::from(crossed.count_ones());
             while open != 0 {
                 let lane = base + open.trailing_zeros() as usize;

@@ -157,74 +157,73 @@ impl Walk<'_> {
             dispatch!(self.level, s => self.packet(s, node, list, count, &mut counts));
             return counts;
         }
-        let children = node * CHILDREN..self.tree.count(level - 1).min((node + 1) * CHILDREN);
-        let child = |child: usize, mut kept: Vec<u32>| {
-            kept.clear();
-            let mut counts = Counts::default();
-            let mut count = count;
-            match self.tree.bounds(level - 1, child).region() {
-                Some(region) => {
-                    let level = self.level;
-                    count += dispatch!(level, s => self.filter(s, &region, list, &mut kept, &mut counts));
-                }
-                None if self.tree.bounds(level - 1, child).is_empty() => {}
-                None => kept.extend_from_slice(list),
+        let first = node * CHILDREN;
+        let there = self.tree.count(level - 1).min(first + CHILDREN) - first;
+        let mut kept: [Vec<u32>; CHILDREN] = std::array::from_fn(|_| self.lists.take());
+        let mut sums = [count; CHILDREN];
+        let mut regions = [None; CHILDREN];
+        for c in 0..there {
+            let bounds = self.tree.bounds(level - 1, first + c);
+            regions[c] = bounds.region();
+            if regions[c].is_none() && !bounds.is_empty() {
+                // Nothing is known of its samples: all faces stay.
+                kept[c].extend_from_slice(list);
             }
-            let counts = counts.add(self.visit(level - 1, child, &kept, count));
-            (counts, kept)
+        }
+        dispatch!(self.level, s => self.filter(s, &regions, list, &mut kept, &mut sums, &mut counts));
+        let child = |c: usize| self.visit(level - 1, first + c, &kept[c], sums[c]);
+        counts = if level > TASK_LEVEL {
+            counts.add((0..there).into_par_iter().map(child).reduce(Counts::default, Counts::add))
+        } else {
+            (0..there).map(child).fold(counts, Counts::add)
         };
-        if level > TASK_LEVEL {
-            let work = |c| {
-                let (counts, kept) = child(c, self.lists.take());
-                self.lists.give(kept);
-                counts
-            };
-            return children.into_par_iter().map(work).reduce(Counts::default, Counts::add);
+        for list in kept {
+            self.lists.give(list);
         }
-        let mut kept = self.lists.take();
-        for c in children {
-            let done;
-            (done, kept) = child(c, kept);
-            counts = counts.add(done);
-        }
-        self.lists.give(kept);
         counts
     }
 
-    /// Keeps the faces of which a region's samples need to know more, and adds up those that all of them cross.
+    /// Keeps, for each child, the faces of which its samples need to know more, and adds up those that all of them cross.
+    /// All children at once: faces are scattered over more memory than caches hold, so each is fetched once.
     #[inline(always)]
     fn filter<S: Simd>(
         &self,
         s: S,
-        region: &Region,
+        regions: &[Option<Region>; CHILDREN],
         list: &[u32],
-        kept: &mut Vec<u32>,
+        kept: &mut [Vec<u32>; CHILDREN],
+        sums: &mut [i64; CHILDREN],
         counts: &mut Counts,
-    ) -> i64 {
+    ) {
+        let mut accepted = [0u64; CHILDREN];
         s.vectorize(
             #[inline(always)]
             || {
-                let mut sum = 0i64;
-                let mut accepted = 0;
                 for &i in list {
                     let face = &self.faces[i as usize];
-                    match face.against(s, self.decide.pass, region) {
-                        Verdict::Reject => {}
-                        Verdict::Refine => kept.push(i),
-                        Verdict::Accept => {
-                            sum += i64::from(face.weight);
-                            accepted += 1;
+                    for c in 0..CHILDREN {
+                        let Some(region) = &regions[c] else { continue };
+                        match face.against(s, self.decide.pass, region) {
+                            Verdict::Reject => {}
+                            Verdict::Refine => kept[c].push(i),
+                            Verdict::Accept => {
+                                sums[c] += i64::from(face.weight);
+                                accepted[c] += 1;
+                            }
                         }
                     }
                 }
-                counts.node_visits += list.len() as u64;
-                counts.node_accept += accepted;
-                counts.accepted_samples += accepted * region.samples;
-                counts.node_refine += kept.len() as u64;
-                counts.node_reject += (list.len() - kept.len()) as u64 - accepted;
-                sum
             },
-        )
+        );
+        for c in 0..CHILDREN {
+            let Some(region) = &regions[c] else { continue };
+            let (all, open) = (list.len() as u64, kept[c].len() as u64);
+            counts.node_visits += all;
+            counts.node_accept += accepted[c];
+            counts.accepted_samples += accepted[c] * region.samples;
+            counts.node_refine += open;
+            counts.node_reject += all - open - accepted[c];
+        }
     }
 
     /// All samples of the node have the same count.
