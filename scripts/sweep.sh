@@ -8,7 +8,7 @@
 # NAME     only these: names of sweep.tsv, or builtin:NAME. Without any: all of the table, and all built-in scenes.
 #
 # ANTUMBRA names the program (default: target/release/antumbra). Sizes over 480x270 are preceded by a run at 480x270; a method
-# that would take over a minute a frame, by the number of pixels, is shown at that size instead and listed at the end.
+# that would take over a minute a frame (LIMIT_MS), by the number of pixels, is shown at that size instead and listed at the end.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -18,6 +18,7 @@ scenes=$1 size=${2:-1920x1080}
 shift; [ $# -gt 0 ] && shift
 wanted=("$@")
 small=480x270
+limit=${LIMIT_MS:-60000}
 pixels=$((${size%x*} * ${size#*x}))
 ratio=$((pixels / (480 * 270)))
 out=$(mktemp -d)
@@ -49,9 +50,9 @@ scene() {
     : > "$out/small"
     if [ "$ratio" -gt 1 ]; then
         if ! compare "$out/small" "$file" "$@" --size $small; then failed=1; echo "$name: FAILED TO RUN"; return; fi
-        left_out=$(rows "$out/small" | awk -v r="$ratio" '$4 * r > 60000 { print $1 }' | paste -sd, -)
+        left_out=$(rows "$out/small" | awk -v r="$ratio" -v l="$limit" '$4 * r > l { print $1 }' | paste -sd, -)
         if [ -n "$left_out" ]; then
-            methods=$(rows "$out/small" | awk -v r="$ratio" '$4 * r <= 60000 { print $1 }' | grep -v '^oracle$' | paste -sd, -)
+            methods=$(rows "$out/small" | awk -v r="$ratio" -v l="$limit" '$4 * r <= l { print $1 }' | grep -v '^oracle$' | paste -sd, -)
             slow+=("$name: $left_out")
         fi
     fi
@@ -82,8 +83,9 @@ echo
 echo "$count scenes at $size"
 [ ${#missing[@]} -eq 0 ] || echo "not there: ${missing[*]}"
 if [ ${#slow[@]} -gt 0 ]; then
-    echo "over a minute a frame at $size, so shown at $small:"
+    echo "over $((limit / 1000)) s a frame at $size, so shown at $small:"
     printf '  %s\n' "${slow[@]}"
 fi
+[ "$count" -gt 0 ] || { echo "nothing was compared"; exit 2; }
 [ "$failed" -eq 0 ] && echo "no exact method differs anywhere" || echo "SOMETHING DIFFERS OR FAILED"
 exit "$failed"
