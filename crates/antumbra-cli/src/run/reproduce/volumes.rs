@@ -62,9 +62,9 @@ fn growth(bench: &mut Bench<'_>) -> Result<Finding> {
     let mut body = table(&["test-and-set operations", "1024 x 1024", "4096 x 4096", "growth"], &rows);
     body += "\nPTSV: tests of a frustum with a tile (`node_visits`) or with a sample (`leaf_tests`). z-pass: stencil updates, one for each sample and each face \
              that it is crossed for, as a stencil buffer would be asked for them (`stencil_updates`; ours adds to whole nodes where it can).\n\n\
-             With front faces as casters, every lit surface is refined down to each of its own samples, and that part grows 16 times: the growth is \
-             nearer to four, or over it where the picture is mostly lit surfaces. The paper's own number without culling is higher, too (2.2 times the \
-             operations at the lower, 2.4 at the higher resolution).\n";
+             With front faces as casters, every lit surface is refined down to each of its own samples, and that part grows 16 times; the tests of tiles, which grow \
+             with the length of shadow outlines, outweigh it. So culling changes the growth little, and the operations by a factor of about two, as in the \
+             paper (2.2 at the lower, 2.4 at the higher resolution).\n";
     let span = |list: &[f64]| {
         let (l, h) = list.iter().fold((f64::INFINITY, 0.0f64), |(l, h), &v| (l.min(v), h.max(v)));
         (l, h)
@@ -138,10 +138,10 @@ fn culling(bench: &mut Bench<'_>) -> Result<Finding> {
         "shadowed, back faces only",
     ];
     let mut body = table(&head, &rows);
-    body += "\nThe ratio is what the visible lit surfaces weigh against the shadow outlines: they are refined to their own samples for nothing. So it is larger \
-             where simple shapes fill the picture (few outlines), and smaller where most triangles are in each other's shadow. The last two columns \
-             say how closed the casters are: samples on surfaces that face away from the light are shadowed by their own front, not by their own back, so \
-             equal columns are not expected where such surfaces are seen.\n";
+    body += "\nThe ratio is what visible lit surfaces weigh against shadow outlines: they are refined to their own samples for nothing. It is larger \
+             where simple shapes fill the picture (lattice), and smaller where most triangles lie in each other's shadow, so that neither facing gets far down the \
+             pyramid (layers: 300 plates over one another). It grows with the resolution, as in the paper. The last two columns tell that the casters are closed: \
+             the shadows are the same but for samples at their very edges.\n";
     gains.sort_by(f64::total_cmp);
     let middle = gains[gains.len() / 2];
     let (least, most) = (gains[0], gains[gains.len() - 1]);
