@@ -85,7 +85,8 @@ const INTRO: &str = "\
 
 What the papers say about the work of their methods, beside what comes out here. Work is counted, not timed (the last section
 apart), so the numbers do not depend on the machine; where early accept lets threads overtake one another they
-vary in the third digit. In every run the mask was held against `ray-cast`'s: a method that differed in one sample would have ended it.
+vary in the third digit. In every run of an exact method
+with all casters the mask was held against `ray-cast`'s: one sample that differed would have ended it.
 
 Sources: *OA11* is Olsson, Assarsson 2011, \"Improved Ray Hierarchy Alias Free Shadows\"; *SOA11* is Sintorn, Olsson, Assarsson 2011, \"An
 Efficient Alias-free Shadow Algorithm for Opaque and Transparent Objects using per-triangle Shadow Volumes\"; *K21* is Kobrtek,
