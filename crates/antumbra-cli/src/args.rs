@@ -56,6 +56,14 @@ else `ray-cast` (the same leaf test behind a conservative hierarchy); --referenc
 out the oracle where it would take too long. Leaks: shadowed in the reference, lit here. Acne: the other way round.
 Exit code 1 if a method that claims to be exact differs in any sample.";
 
+const REPRODUCE_HELP: &str = "\
+Example:
+  antumbra reproduce --scenes ../shared/scenes -o docs/reproducing.md
+
+Sections: frames, sorting, precise, early-accept (ray hierarchies), growth, culling (per-triangle shadow volumes), lists
+(irregular z-buffer), table-2, bytes (memory), times. All together take some ten minutes; --divide 8 tries them in less than one.
+Scenes that are not in the folder are replaced by built-in ones, or left out, and the page says so.";
+
 /// Exact shadows of a point light.
 #[derive(Debug, Parser)]
 #[command(name = "antumbra", version, about, after_help = AFTER_HELP, max_term_width = 110)]
@@ -77,6 +85,9 @@ pub(crate) enum Verb {
     /// Hold methods against a reference, sample by sample.
     #[command(after_help = COMPARE_HELP)]
     Compare(Box<Compare>),
+    /// Count again what the papers claim of their methods' work and memory; write the page docs/reproducing.md.
+    #[command(after_help = REPRODUCE_HELP)]
+    Reproduce(Box<Reproduce>),
     /// List the shadow methods.
     Methods(List),
     /// List the built-in scenes (`builtin:NAME`).
@@ -183,6 +194,28 @@ pub(crate) struct Compare {
     /// Write a PNG a method into this folder: the mask in greys, leaks red, acne blue.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) diff_dir: Option<PathBuf>,
+}
+
+/// `reproduce`.
+#[derive(Debug, Args)]
+pub(crate) struct Reproduce {
+    /// The folder of scenes [default: the environment's ANTUMBRA_SCENES].
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) scenes: Option<PathBuf>,
+    /// Only these sections, with commas between them; see below.
+    #[arg(long, value_name = "SECTIONS", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+    /// Divide width and height of all pictures: a trial, and the page says so.
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) divide: String,
+    #[command(flatten)]
+    pub(crate) machine: Machine,
+    /// Nothing on stderr but errors.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    /// The page: .md [default: stdout].
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Output")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 /// `methods`, `scenes`.

@@ -114,6 +114,18 @@ pub(crate) struct Compare {
     pub(crate) diff_dir: Option<PathBuf>,
 }
 
+/// `reproduce`.
+#[derive(Clone, Debug)]
+pub(crate) struct Reproduce {
+    pub(crate) scenes: Option<PathBuf>,
+    /// Empty for all sections.
+    pub(crate) only: Vec<String>,
+    pub(crate) divide: usize,
+    pub(crate) isa: Isa,
+    pub(crate) quiet: bool,
+    pub(crate) output: Option<PathBuf>,
+}
+
 impl Machine {
     pub(crate) fn new(args: &args::Machine) -> Result<Machine> {
         match args.backend.as_str() {
@@ -277,6 +289,23 @@ impl Compare {
             methods,
             reference: args.reference.as_deref().map(|name| method("--reference", name)).transpose()?,
             diff_dir: args.diff_dir.clone(),
+        })
+    }
+}
+
+impl Reproduce {
+    pub(crate) fn new(args: &args::Reproduce, machine: &Machine) -> Result<Reproduce> {
+        let told = args.scenes.clone();
+        if let Some(folder) = told.as_deref().filter(|f| !f.is_dir()) {
+            bail!("--scenes {}: is not a folder", folder.display());
+        }
+        Ok(Reproduce {
+            scenes: told.or_else(|| std::env::var_os("ANTUMBRA_SCENES").map(PathBuf::from)),
+            only: args.only.iter().map(|key| key.trim().to_owned()).collect(),
+            divide: values::count("--divide", &args.divide, 256)?,
+            isa: machine.isa,
+            quiet: args.quiet,
+            output: output("-o", &args.output, &["md"])?,
         })
     }
 }

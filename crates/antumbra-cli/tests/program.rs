@@ -248,3 +248,25 @@ fn a_reader_that_goes_away_is_no_error() {
     let Ok(output) = Command::new("bash").args(["-c", &shell]).output() else { return };
     assert!(text(&output.stdout).ends_with("0\n"), "{} {}", text(&output.stdout), text(&output.stderr));
 }
+
+#[test]
+fn reproduce_writes_a_page_and_names_what_is_not_there() {
+    let folder = Folder::new("reproduce");
+    let (page, scenes) = (folder.file("page.md"), folder.file("."));
+    let words = ["reproduce", "--scenes", &scenes, "--only", "lists", "--divide", "64", "-q", "-o", &page];
+    fine(&words);
+    let written = std::fs::read_to_string(&page).unwrap();
+    for part in [
+        "# Reproducing the papers",
+        "`crytek_sponza/sponza.glb` is not there; `builtin:atrium` stands in",
+        "`bart_museum/bart_museum.glb` is not there; left out",
+        "| builtin:one-cell, 30 x 16 |",
+        "divided by 64",
+        "- Holds: yes",
+    ] {
+        assert!(written.contains(part), "{part}: {written}");
+    }
+    let output = antumbra(&["reproduce", "--only", "nope"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("no such section; there are frames, sorting"));
+}

@@ -7,13 +7,14 @@ mod lists;
 mod mask;
 mod pages;
 mod render;
+mod reproduce;
 
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 
 use crate::args::Verb;
-use crate::plan::{Compare, Input, Machine, Mask, Method, Render};
+use crate::plan::{Compare, Input, Machine, Mask, Method, Render, Reproduce};
 
 /// Plans a verb and runs it, in a thread pool of the size that was asked for.
 pub(crate) fn verb(verb: Verb) -> Result<ExitCode> {
@@ -35,6 +36,11 @@ pub(crate) fn verb(verb: Verb) -> Result<ExitCode> {
             let machine = Machine::new(&args.machine)?;
             let plan = Compare::new(&args, &machine)?;
             on(&machine, || compare::run(&plan))
+        }
+        Verb::Reproduce(args) => {
+            let machine = Machine::new(&args.machine)?;
+            let plan = Reproduce::new(&args, &machine)?;
+            on(&machine, || reproduce::run(&plan))
         }
         Verb::Methods(list) => lists::methods(list.json),
         Verb::Scenes(list) => lists::scenes(list.json),

@@ -38,6 +38,12 @@ pub(crate) struct Scratch {
     top: Vec<TopNode>,
 }
 
+impl Scratch {
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.items[..]) + size_of_val(&self.ranges[..]) + size_of_val(&self.top[..])
+    }
+}
+
 /// Items `start..end`, and where the subtree over them ended up.
 #[derive(Clone, Copy, Debug)]
 struct Range {

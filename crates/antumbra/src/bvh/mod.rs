@@ -135,4 +135,9 @@ impl Bvh {
         let leaves: usize = arenas.iter().map(|a| a.leaves.len()).sum();
         (nodes * size_of::<Node>(), leaves * size_of::<Leaf>())
     }
+
+    /// Bytes of what only the build needs.
+    pub(crate) fn scratch_bytes(&self) -> usize {
+        self.scratch.bytes()
+    }
 }

@@ -12,7 +12,7 @@ use crate::scene::Triangle;
 /// Triangles at most: corners and faces are numbered in 32 bits.
 pub(super) const MAX_TRIANGLES: usize = 1 << 28;
 
-/// An edge between two vertices; its records begin at `first` and end where those of the next edge begin.
+/// An edge between two vertices; its items begin at `first` and end where those of the next edge begin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Edge {
     pub(super) a: u32,
@@ -27,19 +27,21 @@ pub(super) struct Adjacency {
     pub(super) vertices: Vec<[f32; 3]>,
     /// One more than there are edges: the last one is the end.
     edges: Vec<Edge>,
-    records: Vec<Record>,
-    corners: Vec<Corner>,
+    /// First the corners on their way to becoming vertices, then the edges of the triangles.
+    items: Vec<Item>,
     vertex_of: Vec<u32>,
 }
 
-/// A corner on its way to becoming a vertex.
+/// What is sorted. A corner: the bits of its coordinates, and its number. An edge of one triangle: higher vertex, lower
+/// vertex, 0, and the triangle, shifted left by one; the low bit says that the triangle runs against the edge. One type,
+/// because one buffer then serves both: corners are done with when edges begin.
 #[derive(Clone, Copy, Debug, Default)]
-struct Corner {
+struct Item {
     key: [u32; 3],
-    corner: u32,
+    value: u32,
 }
 
-impl RadixKey for Corner {
+impl RadixKey for Item {
     const LEVELS: usize = 12;
 
     #[inline]
@@ -48,67 +50,49 @@ impl RadixKey for Corner {
     }
 }
 
-/// An edge of one triangle.
-#[derive(Clone, Copy, Debug, Default)]
-struct Record {
-    /// Lower vertex in the upper half, higher vertex in the lower half.
-    key: u64,
-    /// Triangle, shifted left by one; the low bit says that the triangle runs against the edge.
-    triangle: u32,
-}
-
-impl RadixKey for Record {
-    const LEVELS: usize = 8;
-
-    #[inline]
-    fn get_level(&self, level: usize) -> u8 {
-        (self.key >> (8 * level)) as u8
-    }
-}
-
 impl Adjacency {
     /// Builds the adjacency of `triangles` anew: O(T) by radix sorts. Memory is kept.
     pub(super) fn build(&mut self, triangles: &[Triangle]) {
         self.weld(triangles);
         let of = &self.vertex_of;
-        self.records.clear();
-        self.records.par_extend((0..triangles.len()).into_par_iter().flat_map_iter(|t| {
+        self.items.clear();
+        self.items.par_extend((0..triangles.len()).into_par_iter().flat_map_iter(|t| {
             let v = [of[3 * t], of[3 * t + 1], of[3 * t + 2]];
             let proper = v[0] != v[1] && v[1] != v[2] && v[2] != v[0];
             (0..if proper { 3 } else { 0 }).map(move |k| {
                 let (from, to) = (v[k], v[(k + 1) % 3]);
-                let key = u64::from(from.min(to)) << 32 | u64::from(from.max(to));
-                Record { key, triangle: (t as u32) << 1 | u32::from(from > to) }
+                let key = [from.max(to), from.min(to), 0];
+                Item { key, value: (t as u32) << 1 | u32::from(from > to) }
             })
         }));
-        self.records.radix_sort_unstable();
+        self.items.radix_sort_unstable();
         self.edges.clear();
         let mut last = None;
-        for (i, record) in self.records.iter().enumerate() {
-            if last != Some(record.key) {
-                last = Some(record.key);
-                self.edges.push(Edge { a: (record.key >> 32) as u32, b: record.key as u32, first: i as u32 });
+        for (i, Item { key, .. }) in self.items.iter().enumerate() {
+            if last != Some(key) {
+                last = Some(key);
+                self.edges.push(Edge { a: key[1], b: key[0], first: i as u32 });
             }
         }
-        self.edges.push(Edge { a: 0, b: 0, first: self.records.len() as u32 });
+        self.edges.push(Edge { a: 0, b: 0, first: self.items.len() as u32 });
     }
 
     fn weld(&mut self, triangles: &[Triangle]) {
-        self.corners.clear();
-        self.corners.par_extend(triangles.as_flattened().par_iter().enumerate().map(|(i, p)| {
+        self.items.clear();
+        self.items.par_extend(triangles.as_flattened().par_iter().enumerate().map(|(i, p)| {
             // Adding zero turns -0 into 0 and changes nothing else.
-            Corner { key: p.map(|v| (v + 0.0).to_bits()), corner: i as u32 }
+            Item { key: p.map(|v| (v + 0.0).to_bits()), value: i as u32 }
         }));
-        self.corners.radix_sort_unstable();
+        self.items.radix_sort_unstable();
         self.vertices.clear();
-        self.vertex_of.resize(self.corners.len(), 0);
+        self.vertex_of.resize(self.items.len(), 0);
         let mut last = None;
-        for corner in &self.corners {
+        for corner in &self.items {
             if last != Some(corner.key) {
                 last = Some(corner.key);
                 self.vertices.push(corner.key.map(f32::from_bits));
             }
-            self.vertex_of[corner.corner as usize] = (self.vertices.len() - 1) as u32;
+            self.vertex_of[corner.value as usize] = (self.vertices.len() - 1) as u32;
         }
     }
 
@@ -126,7 +110,7 @@ impl Adjacency {
     /// The triangles of edge `edge`, and whether they run along it (1) or against it (-1).
     pub(super) fn triangles(&self, edge: usize) -> impl Iterator<Item = (usize, i32)> {
         let range = self.edges[edge].first as usize..self.edges[edge + 1].first as usize;
-        self.records[range].iter().map(|r| ((r.triangle >> 1) as usize, 1 - 2 * (r.triangle & 1) as i32))
+        self.items[range].iter().map(|r| ((r.value >> 1) as usize, 1 - 2 * (r.value & 1) as i32))
     }
 
     /// The sum over the triangles of an edge of facing times direction: 0 = not a silhouette edge.
@@ -138,8 +122,7 @@ impl Adjacency {
     pub(super) fn bytes(&self) -> usize {
         self.vertices.len() * 12
             + self.edges.len() * size_of::<Edge>()
-            + self.records.len() * size_of::<Record>()
-            + self.corners.len() * size_of::<Corner>()
+            + self.vertex_of.len() * size_of::<Item>()
             + self.vertex_of.len() * 4
     }
 }

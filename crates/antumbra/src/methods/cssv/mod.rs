@@ -36,23 +36,25 @@ mod adjacency;
 mod debug;
 mod direction;
 mod face;
+mod leaf;
 mod reference;
 mod silhouette;
 mod tiles;
 mod traverse;
 mod tuning;
 
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
 
 use antumbra_predicates::resolve;
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use self::adjacency::{Adjacency, MAX_TRIANGLES};
-use self::face::{Face, Faces};
+use self::face::{Face, Faces, Verdict};
 use self::reference::Reference;
 use self::silhouette::Casters;
 use self::tiles::Tree;
-use self::traverse::{Counts, Lists, Trace, Walk};
+use self::traverse::{Counts, Lists, Made, Trace, Walk};
 use super::debug::{check_view, complete};
 use super::{DebugView, Method, Options, Samples, Stats, StatsBuilder, check_input};
 use crate::Isa;
@@ -88,25 +90,44 @@ impl Cssv {
         Faces { pass: self.pass, reference, light: *light, triangles, facing, edges }
     }
 
-    /// Makes the faces for a reference point; returns the number to start counting with.
-    fn build_faces(&mut self, triangles: &[Triangle], reference: Reference) -> i64 {
+    /// Makes the faces that some sample may have to do with. Returns how many were made, and the counter of a sample
+    /// that none of those kept has been added to.
+    fn build_faces(&mut self, triangles: &[Triangle], reference: Reference, level: Level) -> Made {
         let mut faces = std::mem::take(&mut self.faces);
         let make = self.faces(triangles, reference);
-        let (facing, light) = (make.facing, make.light);
+        let (facing, pass) = (make.facing, self.pass);
         let volumes = (0..facing.len()).into_par_iter().filter(|&t| facing[t] != 0);
+        let region = self.tree.bounds(self.tree.top(), 0).region();
+        let (accepted, sum) = (AtomicU64::new(0), AtomicI64::new(0));
+        // Most faces of a large scene lie off the picture or before all samples: they are not worth their memory.
+        let keep = |face: &Face| {
+            let Some(region) = &region else { return true };
+            match dispatch!(level, s => face.against(s, pass, region)) {
+                Verdict::Refine => true,
+                Verdict::Reject => false,
+                Verdict::Accept => {
+                    accepted.fetch_add(1, Relaxed);
+                    sum.fetch_add(i64::from(face.weight), Relaxed);
+                    false
+                }
+            }
+        };
         faces.clear();
-        faces.par_extend((0..make.edges.len()).into_par_iter().map(|e| make.side(e as u32)));
-        faces.par_extend(volumes.clone().map(|t| make.cap(t as u32)));
-        let start = if self.pass {
-            let contain = |t: &usize| resolve::blocks(&triangles[*t], light, reference.point);
-            volumes.filter(contain).count() as i64
+        let sides = make.edges.len();
+        faces.par_extend((0..sides).into_par_iter().map(|e| make.side(e as u32)).filter(keep));
+        faces.par_extend(volumes.clone().map(|t| make.cap(t as u32)).filter(keep));
+        let volume_count = volumes.clone().count();
+        let (made, eye_volumes) = if pass {
+            let contain = |t: &usize| resolve::blocks(&triangles[*t], make.light, reference.point);
+            (sides + volume_count, volumes.filter(contain).count() as u64)
         } else {
             // At infinity beyond all far caps there is no volume.
-            faces.par_extend(volumes.map(|t| make.far_cap(t as u32)));
-            0
+            faces.par_extend(volumes.map(|t| make.far_cap(t as u32)).filter(keep));
+            (sides + 2 * volume_count, 0)
         };
         self.faces = faces;
-        start
+        let start = eye_volumes as i64 + sum.into_inner();
+        Made { faces: made as u64, accepted: accepted.into_inner(), eye_volumes, start }
     }
 
     /// All stages up to the shadow bits; `None` if there is no reference point. `trace` is filled if it is there.
@@ -126,17 +147,18 @@ impl Cssv {
         let reference = reference::choose(samples.view, samples.positions, triangles, &self.casters);
         stats.stage("choose_reference");
         let reference = reference?;
-        let start = self.build_faces(triangles, reference);
-        stats.stage("build_faces");
         self.tree.build(samples, &reference);
         self.shadowed.resize_with(self.tree.packets(), AtomicU64::default);
         stats.stage("arrange_samples");
+        let level = self.isa.level().unwrap_or_else(Level::new);
+        let made = self.build_faces(triangles, reference, level);
+        stats.stage("build_faces");
         let trace = trace.map(|trace| {
             *trace = Trace::new(self.tree.packets());
             &*trace
         });
         let walk = Walk {
-            level: self.isa.level().unwrap_or_else(fearless_simd::Level::new),
+            level,
             tree: &self.tree,
             positions: samples.positions,
             faces: &self.faces,
@@ -145,9 +167,10 @@ impl Cssv {
             shadowed: &self.shadowed,
             trace,
         };
-        let counts = walk.run(start);
+        let counts = walk.run(&made);
         stats.stage("count");
-        stats.counter("eye_volumes", start as u64);
+        stats.counter("faces", made.faces);
+        stats.counter("eye_volumes", made.eye_volumes);
         stats.counter("reference_tries", u64::from(reference.tries));
         Some(counts)
     }
@@ -243,11 +266,13 @@ impl Method for Cssv {
         stats.counter("fallback_samples", fallback);
         stats.counter("edges_tested", self.adjacency.edge_count() as u64);
         stats.counter("silhouette_edges", self.casters.edges.len() as u64);
-        stats.counter("faces", self.faces.len() as u64);
+        stats.counter("faces_kept", self.faces.len() as u64);
         stats.bytes("adjacency", self.adjacency.bytes());
+        stats.bytes("silhouette", self.casters.bytes());
         stats.bytes("faces", self.faces.len() * size_of::<Face>());
         stats.bytes("tree", self.tree.bytes());
         stats.bytes("lists", self.lists.bytes());
+        stats.bytes("shadow_bits", self.shadowed.len() * 8);
         Ok(stats.finish(triangles.len(), mask))
     }
 

@@ -42,4 +42,9 @@ impl Casters {
             (multiplicity != 0).then_some(SilhouetteEdge { a, b, multiplicity })
         }));
     }
+
+    /// Bytes of signs and edges.
+    pub(super) fn bytes(&self) -> usize {
+        self.facing.len() + size_of_val(&self.edges[..])
+    }
 }

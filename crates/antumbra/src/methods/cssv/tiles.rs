@@ -19,28 +19,33 @@ pub(super) struct Bounds {
     /// `x / w`, `y / w`, `1 / w`.
     lo: [f64; 3],
     hi: [f64; 3],
+    samples: u32,
 }
 
 /// A node's bounds as the face test wants them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Region {
-    pub(super) middle: [f64; 2],
+    /// Of `x / w`, `y / w`, `1 / w`.
+    pub(super) middle: [f64; 3],
     /// Rounded up.
-    pub(super) half: [f64; 2],
+    pub(super) half: [f64; 3],
     /// Smallest and largest `1 / w`.
     pub(super) inverse: [f64; 2],
     /// At least `(|x| + |y| + |w|) / w`.
     pub(super) scale: f64,
+    /// How many samples there are.
+    pub(super) samples: u64,
 }
 
 impl Bounds {
-    const EMPTY: Bounds = Bounds { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
-    const BOUNDLESS: Bounds = Bounds { lo: [f64::NEG_INFINITY; 3], hi: [f64::INFINITY; 3] };
+    const EMPTY: Bounds = Bounds { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3], samples: 0 };
+    const BOUNDLESS: Bounds = Bounds { lo: [f64::NEG_INFINITY; 3], hi: [f64::INFINITY; 3], samples: 0 };
 
     fn union(self, other: Bounds) -> Bounds {
         Bounds {
             lo: [0, 1, 2].map(|k| self.lo[k].min(other.lo[k])),
             hi: [0, 1, 2].map(|k| self.hi[k].max(other.hi[k])),
+            samples: self.samples + other.samples,
         }
     }
 
@@ -51,15 +56,16 @@ impl Bounds {
     /// `None` if nothing can be said about the samples.
     pub(super) fn region(&self) -> Option<Region> {
         let finite = self.lo.iter().chain(&self.hi).all(|v| v.is_finite());
-        let middle = [0, 1].map(|k| self.lo[k] * 0.5 + self.hi[k] * 0.5);
+        let middle = [0, 1, 2].map(|k| self.lo[k] * 0.5 + self.hi[k] * 0.5);
         // Three roundings; more than enough is added.
         let slack = 1.0 / (1u64 << 50) as f64;
-        let half = [0, 1].map(|k| {
+        let half = [0, 1, 2].map(|k| {
             let h = (self.hi[k] - middle[k]).max(middle[k] - self.lo[k]);
             h + slack * (h + middle[k].abs())
         });
         let scale = 1.0 + middle[0].abs() + half[0] + middle[1].abs() + half[1];
-        finite.then_some(Region { middle, half, inverse: [self.lo[2], self.hi[2]], scale })
+        let samples = u64::from(self.samples);
+        finite.then_some(Region { middle, half, inverse: [self.lo[2], self.hi[2]], scale, samples })
     }
 }
 
@@ -113,10 +119,10 @@ impl Packet {
         for i in 0..self.count {
             let w = self.w[i];
             if w <= 0.0 {
-                return Bounds::BOUNDLESS;
+                return Bounds { samples: self.count as u32, ..Bounds::BOUNDLESS };
             }
             let v = [self.x[i] / w, self.y[i] / w, 1.0 / w];
-            bounds = bounds.union(Bounds { lo: v, hi: v });
+            bounds = bounds.union(Bounds { lo: v, hi: v, samples: 1 });
         }
         bounds
     }

@@ -4,16 +4,14 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f64x4};
+use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::face::{Face, Faces, MARGIN, Verdict};
+use super::face::{Face, Faces, Verdict};
+use super::leaf::{Leaf, Offsets};
 use super::tiles::{Packet, Region, Tree};
 use super::tuning::{CHILDREN, PACKET, TASK_LEVEL};
 use crate::methods::StatsBuilder;
-
-/// Lanes of a vector of samples.
-const LANES: usize = 4;
 
 /// Work of one frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,9 +20,12 @@ pub(super) struct Counts {
     node_reject: u64,
     node_accept: u64,
     node_refine: u64,
-    leaf_tests: u64,
-    leaf_hits: u64,
-    filter_exact: u64,
+    /// Samples of the nodes that a face was accepted for, summed over all of them.
+    pub(super) accepted_samples: u64,
+    pub(super) leaf_tests: u64,
+    pub(super) leaf_hits: u64,
+    pub(super) filter_f64: u64,
+    pub(super) filter_exact: u64,
     list_len_max: u64,
 }
 
@@ -34,8 +35,10 @@ impl Counts {
         self.node_reject += other.node_reject;
         self.node_accept += other.node_accept;
         self.node_refine += other.node_refine;
+        self.accepted_samples += other.accepted_samples;
         self.leaf_tests += other.leaf_tests;
         self.leaf_hits += other.leaf_hits;
+        self.filter_f64 += other.filter_f64;
         self.filter_exact += other.filter_exact;
         self.list_len_max = self.list_len_max.max(other.list_len_max);
         self
@@ -48,8 +51,10 @@ impl Counts {
         stats.counter("node_refine", self.node_refine);
         stats.counter("leaf_tests", self.leaf_tests);
         stats.counter("leaf_hits", self.leaf_hits);
-        stats.counter("stencil_updates", self.node_accept + self.leaf_hits);
-        stats.counter("filter_f64", self.leaf_tests);
+        stats.counter("additions", self.node_accept + self.leaf_hits);
+        stats.counter("stencil_updates", self.accepted_samples + self.leaf_hits);
+        stats.counter("filter_f32_sure", self.leaf_tests - self.filter_f64);
+        stats.counter("filter_f64", self.filter_f64);
         stats.counter("filter_exact", self.filter_exact);
         stats.counter("list_len_max", self.list_len_max);
     }
@@ -75,6 +80,19 @@ impl Lists {
     pub(super) fn bytes(&self) -> usize {
         self.0.lock().map_or(0, |lists| lists.iter().map(|l| l.capacity() * 4).sum())
     }
+}
+
+/// What came of making the faces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Made {
+    /// Faces that were made and tested against the root of the tree.
+    pub(super) faces: u64,
+    /// Of those: crossed by all samples.
+    pub(super) accepted: u64,
+    /// Volumes around the reference point.
+    pub(super) eye_volumes: u64,
+    /// Where counting starts: volumes around the reference point, and faces accepted.
+    pub(super) start: i64,
 }
 
 /// What a walk is about.
@@ -108,12 +126,20 @@ impl Trace {
 }
 
 impl Walk<'_> {
-    /// Counts for all samples, from `start`.
-    pub(super) fn run(&self, start: i64) -> Counts {
+    /// Counts for all samples. The faces have met the root already.
+    pub(super) fn run(&self, made: &Made) -> Counts {
         let mut list = self.lists.take();
         list.extend(0..self.faces.len() as u32);
-        let counts = self.visit(self.tree.top(), 0, &list, start);
+        let top = self.tree.top();
+        let mut counts = self.visit(top, 0, &list, made.start);
         self.lists.give(list);
+        if let Some(root) = self.tree.bounds(top, 0).region() {
+            counts.node_visits += made.faces;
+            counts.node_accept += made.accepted;
+            counts.node_refine += self.faces.len() as u64;
+            counts.node_reject += made.faces - made.accepted - self.faces.len() as u64;
+            counts.accepted_samples += made.accepted * root.samples;
+        }
         counts
     }
 
@@ -131,73 +157,73 @@ impl Walk<'_> {
             dispatch!(self.level, s => self.packet(s, node, list, count, &mut counts));
             return counts;
         }
-        let children = node * CHILDREN..self.tree.count(level - 1).min((node + 1) * CHILDREN);
-        let child = |child: usize, mut kept: Vec<u32>| {
-            kept.clear();
-            let mut counts = Counts::default();
-            let mut count = count;
-            match self.tree.bounds(level - 1, child).region() {
-                Some(region) => {
-                    let level = self.level;
-                    count += dispatch!(level, s => self.filter(s, &region, list, &mut kept, &mut counts));
-                }
-                None if self.tree.bounds(level - 1, child).is_empty() => {}
-                None => kept.extend_from_slice(list),
+        let first = node * CHILDREN;
+        let there = self.tree.count(level - 1).min(first + CHILDREN) - first;
+        let mut kept: [Vec<u32>; CHILDREN] = std::array::from_fn(|_| self.lists.take());
+        let mut sums = [count; CHILDREN];
+        let mut regions = [None; CHILDREN];
+        for c in 0..there {
+            let bounds = self.tree.bounds(level - 1, first + c);
+            regions[c] = bounds.region();
+            if regions[c].is_none() && !bounds.is_empty() {
+                // Nothing is known of its samples: all faces stay.
+                kept[c].extend_from_slice(list);
             }
-            let counts = counts.add(self.visit(level - 1, child, &kept, count));
-            (counts, kept)
+        }
+        dispatch!(self.level, s => self.filter(s, &regions, list, &mut kept, &mut sums, &mut counts));
+        let child = |c: usize| self.visit(level - 1, first + c, &kept[c], sums[c]);
+        counts = if level > TASK_LEVEL {
+            counts.add((0..there).into_par_iter().map(child).reduce(Counts::default, Counts::add))
+        } else {
+            (0..there).map(child).fold(counts, Counts::add)
         };
-        if level > TASK_LEVEL {
-            let work = |c| {
-                let (counts, kept) = child(c, self.lists.take());
-                self.lists.give(kept);
-                counts
-            };
-            return children.into_par_iter().map(work).reduce(Counts::default, Counts::add);
+        for list in kept {
+            self.lists.give(list);
         }
-        let mut kept = self.lists.take();
-        for c in children {
-            let done;
-            (done, kept) = child(c, kept);
-            counts = counts.add(done);
-        }
-        self.lists.give(kept);
         counts
     }
 
-    /// Keeps the faces of which a region's samples need to know more, and adds up those that all of them cross.
+    /// Keeps, for each child, the faces of which its samples need to know more, and adds up those that all of them cross.
+    /// All children at once: faces are scattered over more memory than caches hold, so each is fetched once.
     #[inline(always)]
     fn filter<S: Simd>(
         &self,
         s: S,
-        region: &Region,
+        regions: &[Option<Region>; CHILDREN],
         list: &[u32],
-        kept: &mut Vec<u32>,
+        kept: &mut [Vec<u32>; CHILDREN],
+        sums: &mut [i64; CHILDREN],
         counts: &mut Counts,
-    ) -> i64 {
+    ) {
+        let mut accepted = [0u64; CHILDREN];
         s.vectorize(
             #[inline(always)]
             || {
-                let mut sum = 0i64;
-                let mut accepted = 0;
                 for &i in list {
                     let face = &self.faces[i as usize];
-                    match face.against(s, self.decide.pass, region) {
-                        Verdict::Reject => {}
-                        Verdict::Refine => kept.push(i),
-                        Verdict::Accept => {
-                            sum += i64::from(face.weight);
-                            accepted += 1;
+                    for c in 0..CHILDREN {
+                        let Some(region) = &regions[c] else { continue };
+                        match face.against(s, self.decide.pass, region) {
+                            Verdict::Reject => {}
+                            Verdict::Refine => kept[c].push(i),
+                            Verdict::Accept => {
+                                sums[c] += i64::from(face.weight);
+                                accepted[c] += 1;
+                            }
                         }
                     }
                 }
-                counts.node_visits += list.len() as u64;
-                counts.node_accept += accepted;
-                counts.node_refine += kept.len() as u64;
-                counts.node_reject += (list.len() - kept.len()) as u64 - accepted;
-                sum
             },
-        )
+        );
+        for c in 0..CHILDREN {
+            let Some(region) = &regions[c] else { continue };
+            let (all, open) = (list.len() as u64, kept[c].len() as u64);
+            counts.node_visits += all;
+            counts.node_accept += accepted[c];
+            counts.accepted_samples += accepted[c] * region.samples;
+            counts.node_refine += open;
+            counts.node_reject += all - open - accepted[c];
+        }
     }
 
     /// All samples of the node have the same count.
@@ -216,24 +242,34 @@ impl Walk<'_> {
         }
     }
 
-    /// Face by face and sample by sample. Counts are sums of whole numbers below 2^53, so f64 lanes hold them exactly.
+    /// Face by face and sample by sample.
     #[inline(always)]
     fn packet<S: Simd>(&self, s: S, index: usize, list: &[u32], start: i64, counts: &mut Counts) {
         let mut packet = Packet::EMPTY;
         self.tree.load(self.positions, &self.decide.reference, index, &mut packet);
-        let mut count = [start as f64; PACKET];
+        let region = self.tree.bounds(0, index).region();
+        let offsets = region.map(|region| (Offsets::new(&packet, &region), region));
+        let mut leaf = Leaf {
+            decide: &self.decide,
+            positions: self.positions,
+            packet: &packet,
+            offsets: offsets.as_ref().map(|(offsets, region)| (offsets, region)),
+            // At most five faces a triangle, 2^28 triangles: no sum leaves i32.
+            count: [start as i32; PACKET],
+        };
         s.vectorize(
             #[inline(always)]
             || {
                 for &i in list {
-                    self.face(s, &self.faces[i as usize], &packet, &mut count, counts);
+                    leaf.add(s, &self.faces[i as usize], counts);
                 }
             },
         );
+        let count = leaf.count;
         let mut word = 0u64;
         for at in 0..packet.count {
-            debug_assert!(count[at] >= 0.0, "{} volumes contain sample {}", count[at], packet.id[at]);
-            word |= u64::from(count[at] != 0.0) << packet.slot[at];
+            debug_assert!(count[at] >= 0, "{} volumes contain sample {}", count[at], packet.id[at]);
+            word |= u64::from(count[at] != 0) << packet.slot[at];
             if let Some(trace) = self.trace {
                 trace.volumes[index * PACKET + packet.slot[at] as usize].store(count[at] as u32, Relaxed);
             }
@@ -241,48 +277,6 @@ impl Walk<'_> {
         self.shadowed[index].store(word, Relaxed);
         if let Some(trace) = self.trace {
             trace.list_len[index].store(list.len() as u32, Relaxed);
-        }
-    }
-
-    #[inline(always)]
-    fn face<S: Simd>(
-        &self,
-        s: S,
-        face: &Face,
-        packet: &Packet,
-        count: &mut [f64; PACKET],
-        counts: &mut Counts,
-    ) {
-        let bound = f64x4::splat(s, MARGIN * (face.mag * packet.scale + face.k_mag));
-        let k = f64x4::splat(s, face.k);
-        let zero = f64x4::splat(s, 0.0);
-        let weight = f64x4::splat(s, f64::from(face.weight));
-        for base in (0..packet.count).step_by(LANES) {
-            let x = f64x4::from_slice(s, &packet.x[base..base + LANES]);
-            let y = f64x4::from_slice(s, &packet.y[base..base + LANES]);
-            let w = f64x4::from_slice(s, &packet.w[base..base + LANES]);
-            let at = |f: usize| w.mul_add(face.n[2][f], y.mul_add(face.n[1][f], x * face.n[0][f]));
-            let place = at(3) - k;
-            let low =
-                at(0).min(at(1)).min(at(2)).min(if self.decide.pass { place } else { at(3).min(-place) });
-            let used = ((1u32 << (packet.count - base).min(LANES)) - 1) as u64;
-            let crossed = low.simd_gt(bound);
-            let at = &mut count[base..base + LANES];
-            let sum = f64x4::from_slice(s, at) + crossed.select(weight, zero);
-            sum.store_slice(at);
-            let crossed = crossed.to_bitmask();
-            let mut open = !(crossed | low.simd_lt(-bound).to_bitmask()) & used;
-            counts.leaf_tests += u64::from(used.count_ones());
-            counts.leaf_hits += u64::from((crossed & used).count_ones());
-            while open != 0 {
-                let lane = base + open.trailing_zeros() as usize;
-                open &= open - 1;
-                counts.filter_exact += 1;
-                if self.decide.decide(face.source, self.positions[packet.id[lane] as usize]) {
-                    counts.leaf_hits += 1;
-                    count[lane] += f64::from(face.weight);
-                }
-            }
         }
     }
 }

@@ -166,6 +166,8 @@ impl Method for Dpsv {
         let (nodes, scratch) = self.tree.bytes();
         stats.bytes("nodes", nodes);
         stats.bytes("pending", scratch);
+        stats.bytes("sorted_list", self.list.bytes());
+        stats.bytes("rest", self.rest.bytes());
         let built = &self.tree.counts;
         stats.counter("setup_tris", triangles.len() as u64);
         stats.counter("culled_tris", built.culled);
@@ -207,6 +209,11 @@ fn check_count(triangles: &[Triangle]) -> Result<(), InputError> {
 }
 
 impl List {
+    /// Bytes of keys, sorted samples and their mask.
+    fn bytes(&self) -> usize {
+        self.order.len() * 8 + size_of_val(&self.sorted[..]) + self.mask.len()
+    }
+
     /// Sorts samples by direction from the light, background left out: nearly all planes of the tree go through the
     /// light, so samples in about the same direction walk the same path.
     fn sort(&mut self, positions: &[[f32; 3]], light: [f32; 3]) {
@@ -227,6 +234,11 @@ impl List {
 }
 
 impl Rest {
+    /// Bytes of the copies that are handed on.
+    fn bytes(&self) -> usize {
+        size_of_val(&self.triangles[..]) + size_of_val(&self.positions[..]) + self.mask.len()
+    }
+
     /// Asks the remaining triangles about the samples that are not in shadow yet.
     fn cast(
         &mut self,

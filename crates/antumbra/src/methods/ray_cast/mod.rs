@@ -93,6 +93,11 @@ impl Method for RayCast {
         let (nodes, leaves) = self.bvh.bytes();
         stats.bytes("nodes", nodes);
         stats.bytes("leaves", leaves);
+        stats.bytes("build_keys", self.bvh.scratch_bytes());
+        stats.bytes(
+            "sorted_list",
+            self.order.len() * 8 + size_of_val(&self.sorted[..]) + self.sorted_mask.len(),
+        );
         counts.report(&mut stats);
         Ok(stats.finish(triangles.len(), mask))
     }

@@ -123,6 +123,12 @@ pub(super) fn precise<S: Simd>(s: S, group: &Group, t: &Caster, accept: bool) ->
     Verdict { open: open & !reject, covered }
 }
 
+/// The part of a corner that is perpendicular to each axis, `d` being the part along it.
+#[inline(always)]
+fn across<S: Simd>(w: Axis<S>, d: f64x4<S>, corner: &[f64; 3]) -> Axis<S> {
+    [-(d * w[0]) + corner[0], -(d * w[1]) + corner[1], -(d * w[2]) + corner[2]]
+}
+
 /// Cones that a tangent plane through the light separates from all three corners.
 ///
 /// For corner i let `r_i = p_i - (p_i·w) w`. The plane with normal `cos α r_i/|r_i| - sin α w` touches the cone and has all of it on
@@ -136,16 +142,19 @@ fn separated<S: Simd>(
     corner: &[[f64; 3]; 3],
     d: [f64x4<S>; 3],
 ) -> u8 {
-    let across = |i: usize| [0, 1, 2].map(|k| -(d[i] * w[k]) + corner[i][k]);
-    let r = [across(0), across(1), across(2)];
+    // Spelled out: closures and `map` are compiled without the instruction set, and their calls cost more than the tests.
+    let r = [across(w, d[0], &corner[0]), across(w, d[1], &corner[1]), across(w, d[2], &corner[2])];
     let product = [dot(r[0], r[1]), dot(r[1], r[2]), dot(r[2], r[0])];
     let mut found = 0;
     for i in 0..3 {
         let square = dot(r[i], r[i]);
         let size = sin * square.sqrt();
-        let beyond = |p: f64x4<S>, j: usize| bits((cos * p - size * d[j]).simd_gt(MARGIN));
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        found |= beyond(square, i) & beyond(product[i], j) & beyond(product[k], k);
+        found |= bits(
+            (cos * square - size * d[i]).simd_gt(MARGIN)
+                & (cos * product[i] - size * d[j]).simd_gt(MARGIN)
+                & (cos * product[k] - size * d[k]).simd_gt(MARGIN),
+        );
     }
     found
 }

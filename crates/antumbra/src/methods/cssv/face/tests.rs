@@ -4,9 +4,12 @@ use antumbra_predicates::exact;
 use fearless_simd::{Level, dispatch};
 
 use super::super::adjacency::Adjacency;
+use super::super::leaf::{Leaf, Offsets};
 use super::super::reference::choose;
 use super::super::silhouette::Casters;
-use super::super::tiles::Tree;
+use super::super::tiles::{Packet, Tree};
+use super::super::traverse::Counts;
+use super::super::tuning::PACKET;
 use super::*;
 use crate::methods::Samples;
 
@@ -36,6 +39,10 @@ fn scene(seed: u64, triangles: usize, samples: usize) -> Scene {
     let triangles: Vec<Triangle> =
         (0..triangles).map(|_| [lattice.point(5), lattice.point(5), lattice.point(5)]).collect();
     let samples: Vec<_> = (0..samples).map(|_| lattice.point(7)).collect();
+    scene_of(triangles, samples, light)
+}
+
+fn scene_of(triangles: Vec<Triangle>, samples: Vec<[f32; 3]>, light: [f32; 3]) -> Scene {
     let mut adjacency = Adjacency::default();
     adjacency.build(&triangles);
     let mut casters = Casters::default();
@@ -134,4 +141,52 @@ fn a_verdict_holds_for_every_sample_of_the_region() {
         }
     }
     assert!(accepted > 50 && rejected > 500, "{accepted} accepted, {rejected} rejected");
+}
+
+/// Ties on the lattice, and the same far off the origin, where differences of coordinates are rounded.
+#[test]
+fn a_packet_is_counted_as_its_samples_are_decided() {
+    let (mut crossings, mut counts) = (0, Counts::default());
+    for seed in 0..24 {
+        let mut scene = scene(seed, 24, 300);
+        if seed % 2 == 1 {
+            let far = |p: [f32; 3]| [p[0] * 0.37 + 1000.1, p[1] * 0.21 - 77.7, p[2] * 1.3];
+            let triangles = scene.triangles.iter().map(|t| t.map(far)).collect();
+            let samples = scene.samples.iter().map(|p| far(*p)).collect();
+            scene = scene_of(triangles, samples, far(scene.casters.light));
+        }
+        let mut tree = Tree::default();
+        tree.build(Samples::list(&scene.samples), &scene.reference);
+        for pass in [true, false] {
+            let (make, faces) = scene.faces(pass);
+            for index in 0..tree.packets() {
+                let mut packet = Packet::EMPTY;
+                tree.load(&scene.samples, &scene.reference, index, &mut packet);
+                let region = tree.bounds(0, index).region().expect("in front of the reference point");
+                let offsets = Offsets::new(&packet, &region);
+                for offsets in [Some((&offsets, &region)), None] {
+                    for face in &faces {
+                        let mut leaf = Leaf {
+                            decide: &make,
+                            positions: &scene.samples,
+                            packet: &packet,
+                            offsets,
+                            count: [0; PACKET],
+                        };
+                        dispatch!(Level::new(), s => leaf.add(s, face, &mut counts));
+                        for at in 0..packet.count {
+                            let crossed = make.decide(face.source, scene.samples[packet.id[at] as usize]);
+                            assert_eq!(leaf.count[at], if crossed { face.weight } else { 0 });
+                            crossings += u64::from(crossed);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(counts.leaf_hits, crossings);
+    // Half of the packets were given to f32, which left some tests to f64, which left the ties.
+    assert!(counts.filter_f64 - counts.leaf_tests / 2 > 1000, "{counts:?}");
+    assert!(counts.filter_f64 < counts.leaf_tests * 3 / 4, "{counts:?}");
+    assert!(counts.filter_exact > 1000, "{counts:?}");
 }
