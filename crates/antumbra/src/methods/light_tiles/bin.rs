@@ -13,9 +13,9 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
-use super::grid::{Fit, GRID, NODE, NOTHING, Tiles};
+use super::grid::{Fit, GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
-use super::tuning::TRIANGLES;
+use super::tuning::{FEW_CELLS, TRIANGLES};
 
 /// What all workers share.
 #[derive(Clone, Copy, Debug)]
@@ -292,6 +292,10 @@ fn place<S: Simd>(
             }
             return;
         }
+        // A few cells: their tiles one by one cost less than a descent.
+        if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && few(pass, grid, [x0, x1, y0, y1], entry, seen, out) {
+            return;
+        }
         // Nodes are at even levels.
         let level = level & !1;
         let shift = grid.levels - level;
@@ -311,6 +315,31 @@ fn place<S: Simd>(
         start(s, pass, entry.id, face, out);
         return;
     }
+}
+
+/// The tiles of a few cells. False, and nothing done, if one of them has a grid of its own.
+#[inline(always)]
+fn few(
+    pass: &Pass<'_>,
+    grid: &Grid,
+    [x0, x1, y0, y1]: [u32; 4],
+    entry: Entry,
+    seen: &Seen,
+    out: &mut Binned,
+) -> bool {
+    if pass.tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0)) {
+        return false;
+    }
+    for y in y0..=y1 {
+        for x in x0..=x1 {
+            let tile = grid.at(x, y);
+            // Tiles are squares: each has one cell in the range that has none of its own before or above it.
+            if (x == x0 || grid.at(x - 1, y) != tile) && (y == y0 || grid.at(x, y - 1) != tile) {
+                push(pass, tile, entry, seen, out);
+            }
+        }
+    }
+    true
 }
 
 /// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered.

@@ -42,9 +42,8 @@ pub(super) fn draw(
             }
         };
         for worker in &method.gathered {
-            worker.lists.each(tile, |leaves| {
-                for &leaf in leaves {
-                    let leaf = &worker.leaves[leaf as usize];
+            worker.leaves.each(tile, |leaves| {
+                for leaf in leaves {
                     let whole = leaf.mask == u16::MAX;
                     (0..BLOCK)
                         .filter(|i| leaf.mask >> i & 1 == 1)

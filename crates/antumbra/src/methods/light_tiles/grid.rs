@@ -9,6 +9,7 @@
 use antumbra_predicates::tile::Region;
 
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
+use rayon::prelude::*;
 
 use super::frame::FACES;
 use super::tuning::{CROWDED, DEPTH, LEVELS, TILE_BLOCKS};
@@ -100,6 +101,39 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Fits the grid to points within `bounds`, and counts them.
+    fn count(&mut self, points: &[[f32; 2]], bounds: &Region) {
+        // Four levels more than an even spread would need: triangles are looked up one cell wider than they are.
+        let levels = 4 + (points.len() as u32 / TILE_BLOCKS).max(1).ilog2().div_ceil(2);
+        let levels = levels.next_multiple_of(2).min(LEVELS);
+        let side = 1usize << levels;
+        self.levels = levels;
+        self.fit = Fit::new([bounds.lo[0], bounds.lo[1]], [bounds.hi[0], bounds.hi[1]], side as u32);
+        self.counts.resize_with(LEVELS as usize + 1, Vec::new);
+        self.nodes.resize_with(LEVELS as usize / 2 + 1, Vec::new);
+        self.cells.resize(side * side, NOTHING);
+        let finest = &mut self.counts[levels as usize];
+        finest.clear();
+        finest.resize(side * side, 0);
+        for p in points {
+            finest[(self.fit.cell(1, p[1]) << levels | self.fit.cell(0, p[0])) as usize] += 1;
+        }
+        for level in (0..levels as usize).rev() {
+            let (above, below) = self.counts.split_at_mut(level + 1);
+            let (above, below) = (&mut above[level], &below[0]);
+            above.resize(1 << (2 * level), 0);
+            for (row, pair) in above.chunks_exact_mut(1 << level).zip(below.chunks_exact(4 << level)) {
+                let (top, bottom) = pair.split_at(2 << level);
+                for ((sum, a), b) in row.iter_mut().zip(top.chunks_exact(2)).zip(bottom.chunks_exact(2)) {
+                    *sum = a[0] + a[1] + b[0] + b[1];
+                }
+            }
+            if level % 2 == 0 {
+                self.nodes[level / 2].resize(1 << (2 * level), NOTHING);
+            }
+        }
+    }
+
     #[inline(always)]
     pub(super) fn at(&self, x: u32, y: u32) -> u32 {
         self.cells[(y << self.levels | x) as usize]
@@ -155,24 +189,27 @@ impl Tiles {
         if self.points.len() < FACES {
             self.points.resize_with(FACES, Vec::new);
         }
-        for list in &mut self.points {
-            list.clear();
-        }
-        for p in points {
-            if let Some(list) = self.points.get_mut(p.face as usize) {
-                list.push(p.at);
-            }
-        }
+        // Counting is most of the work, and faces do not touch.
+        self.points.par_iter_mut().zip(&mut self.grids).zip(bounds).enumerate().take(FACES).for_each(
+            |(face, ((list, grid), bounds))| {
+                list.clear();
+                list.extend(points.iter().filter(|p| p.face as usize == face).map(|p| p.at));
+                grid.root = NOTHING;
+                grid.count(list, bounds);
+            },
+        );
         for face in 0..FACES {
-            let (lo, hi) =
-                ([bounds[face].lo[0], bounds[face].lo[1]], [bounds[face].hi[0], bounds[face].hi[1]]);
             let points = std::mem::take(&mut self.points[face]);
-            self.grids[face].root = NOTHING;
             if !points.is_empty() {
-                self.fill(face, face, &points, lo, hi, LEVELS, 0);
+                self.fill(face, face, &points, 0);
             }
             self.points[face] = points;
         }
+    }
+
+    /// Whether any cell has a grid of its own.
+    pub(super) fn has_crowds(&self) -> bool {
+        self.used > FACES
     }
 
     /// A tile is 2 to this many cells wide.
@@ -216,44 +253,22 @@ impl Tiles {
         (x0 + 1 >= first_x && x1 <= last_x + 1 && y0 + 1 >= first_y && y1 <= last_y + 1).then_some(at)
     }
 
-    /// Fills a grid from its points.
-    fn fill(
-        &mut self,
-        grid: usize,
-        face: usize,
-        points: &[[f32; 2]],
-        lo: [f32; 2],
-        hi: [f32; 2],
-        levels: u32,
-        depth: u32,
-    ) {
+    /// As [`Tiles::find`], for eight directions.
+    #[inline(always)]
+    pub(super) fn find_eight<S: Simd>(&self, s: S, face: usize, x: f32x8<S>, y: f32x8<S>) -> u32x8<S> {
+        let grid = &self.grids[face];
+        let (column, row) = (grid.fit.cells(s, 0, x), grid.fit.cells(s, 1, y));
+        let mut tiles = [0; 8];
+        for i in 0..8 {
+            let at = grid.at(column[i], row[i]);
+            tiles[i] = if at & GRID == 0 { at } else { self.find(face, x[i], y[i]) };
+        }
+        u32x8::load_array(s, tiles)
+    }
+
+    /// Makes tiles of a grid whose points have been counted.
+    fn fill(&mut self, grid: usize, face: usize, points: &[[f32; 2]], depth: u32) {
         let mut g = std::mem::take(&mut self.grids[grid]);
-        let side = 1usize << levels;
-        g.levels = levels;
-        g.fit = Fit::new(lo, hi, side as u32);
-        g.counts.resize_with(LEVELS as usize + 1, Vec::new);
-        g.nodes.resize_with(LEVELS as usize / 2 + 1, Vec::new);
-        g.cells.resize(side * side, NOTHING);
-        let finest = &mut g.counts[levels as usize];
-        finest.clear();
-        finest.resize(side * side, 0);
-        for p in points {
-            finest[(g.fit.cell(1, p[1]) << levels | g.fit.cell(0, p[0])) as usize] += 1;
-        }
-        for level in (0..levels as usize).rev() {
-            let (above, below) = g.counts.split_at_mut(level + 1);
-            let (above, below) = (&mut above[level], &below[0]);
-            above.resize(1 << (2 * level), 0);
-            for (row, pair) in above.chunks_exact_mut(1 << level).zip(below.chunks_exact(4 << level)) {
-                let (top, bottom) = pair.split_at(2 << level);
-                for ((sum, a), b) in row.iter_mut().zip(top.chunks_exact(2)).zip(bottom.chunks_exact(2)) {
-                    *sum = a[0] + a[1] + b[0] + b[1];
-                }
-            }
-            if level % 2 == 0 {
-                g.nodes[level / 2].resize(1 << (2 * level), NOTHING);
-            }
-        }
         let mut crowded = Vec::new();
         g.root = self.split(&mut g, face, [0, 0, 0], None, depth, &mut crowded);
         // Points of crowded cells go to grids of their own.
@@ -269,14 +284,12 @@ impl Tiles {
         }
         self.grids[grid] = g;
         for ((number, parent, child), points) in crowded.into_iter().zip(below) {
-            let bound =
-                |k: usize, f: fn(f32, f32) -> f32| points.iter().map(|p| p[k]).reduce(f).unwrap_or(0.0);
-            let lo = [0, 1].map(|k| bound(k, f32::min));
-            let hi = [0, 1].map(|k| bound(k, f32::max));
-            // Two levels more than an even spread would need.
-            let levels = 2 + (points.len() as u32 / TILE_BLOCKS).max(1).ilog2() / 2;
-            let levels = (levels.next_multiple_of(2)).min(LEVELS);
-            self.fill(number as usize, face, &points, lo, hi, levels, depth + 1);
+            let bounds = points.iter().fold(Region::EMPTY, |sum, p| {
+                let at = [p[0], p[1], 0.0];
+                sum.union(&Region { lo: at, hi: at })
+            });
+            self.grids[number as usize].count(&points, &bounds);
+            self.fill(number as usize, face, &points, depth + 1);
             let root = self.grids[number as usize].root;
             match parent {
                 Some(node) => self.nodes[node as usize].child[child] = root,

@@ -23,12 +23,17 @@ pub(super) struct Leaf {
     pub(super) mask: u16,
 }
 
+impl Default for Leaf {
+    fn default() -> Leaf {
+        Leaf { region: Region::EMPTY, block: 0, mask: 0 }
+    }
+}
+
 /// What a worker leaves behind.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
-    pub(super) leaves: Vec<Leaf>,
     /// Leaves by tile.
-    pub(super) lists: Lists<u32>,
+    pub(super) leaves: Lists<Leaf>,
     /// Samples by tile: block times 16 plus sample.
     pub(super) loose: Lists<u32>,
     /// Samples without a direction that f32 can hold: on the light, or out of all proportion.
@@ -42,8 +47,7 @@ pub(super) struct Gathered {
 
 impl Gathered {
     pub(super) fn reset(&mut self, tiles: usize) {
-        self.leaves.clear();
-        self.lists.reset(tiles);
+        self.leaves.reset(tiles);
         self.loose.reset(tiles);
         self.wild.clear();
         self.regions.clear();
@@ -225,7 +229,7 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
         let region = bounds(s, &only);
         match pass.tiles.home(face, &region) {
             Some(tile) => add(out, tile, Leaf { region, block: block as u32, mask: part }),
-            None => pieces(pass, block, part, face, &c, out),
+            None => pieces(s, pass, block, part, face, &c, out),
         }
         left &= !part;
         if left == 0 {
@@ -287,13 +291,13 @@ fn least<S: Simd>(s: S, v: [f32x8<S>; 3]) -> [f32; 3] {
 fn add(out: &mut Gathered, tile: u32, leaf: Leaf) {
     let bounds = &mut out.regions[tile as usize];
     *bounds = bounds.union(&leaf.region);
-    out.lists.push(tile, out.leaves.len() as u32);
-    out.leaves.push(leaf);
+    out.leaves.push(tile, leaf);
 }
 
 /// Samples of a block at one depth that are too far apart for any tile: each tile takes its own, unless they are too many.
-#[inline(never)]
+#[inline(always)]
 fn pieces<S: Simd>(
+    s: S,
     pass: &Pass<'_>,
     block: usize,
     mask: u16,
@@ -301,20 +305,17 @@ fn pieces<S: Simd>(
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
+    let tiles =
+        [pass.tiles.find_eight(s, face, c[0][0], c[1][0]), pass.tiles.find_eight(s, face, c[0][1], c[1][1])];
     let mut left = mask;
     for _ in 0..BLOCK_LEAVES {
         let first = left.trailing_zeros() as usize;
-        let tile = pass.tiles.find(face, c[0][first / 8][first % 8], c[1][first / 8][first % 8]);
-        let mut leaf = Leaf { region: Region::EMPTY, block: block as u32, mask: 0 };
-        for i in bits(left) {
-            let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
-            if pass.tiles.find(face, at[0], at[1]) == tile {
-                leaf.region = leaf.region.union(&Region { lo: at, hi: at });
-                leaf.mask |= 1 << i;
-            }
-        }
-        add(out, tile, leaf);
-        left &= !leaf.mask;
+        let tile = tiles[first / 8][first % 8];
+        let part = left & both([tiles[0].simd_eq(tile), tiles[1].simd_eq(tile)]);
+        let mut only = *c;
+        repeat(s, &mut only, part);
+        add(out, tile, Leaf { region: bounds(s, &only), block: block as u32, mask: part });
+        left &= !part;
         if left == 0 {
             return;
         }

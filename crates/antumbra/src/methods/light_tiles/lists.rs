@@ -1,6 +1,6 @@
 //! Many growing lists in one array: a list is a chain of chunks.
 
-/// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items.
+/// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items, eight of leaves.
 const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
 

@@ -318,12 +318,12 @@ impl LightTiles {
     }
 
     fn report(&self, stats: &mut StatsBuilder, rounds: u64, entries: usize, peak: usize) {
-        let leaves: usize = self.gathered.iter().map(|w| w.leaves.len()).sum();
+        let leaves: usize = self.gathered.iter().map(|w| w.leaves.items()).sum();
         let loose: usize = self.gathered.iter().map(|w| w.loose.items()).sum();
         stats.bytes("tiles", self.tiles.bytes());
-        stats.bytes("leaves", leaves * size_of::<leaves::Leaf>());
         let lists = |f: fn(&leaves::Gathered) -> usize| self.gathered.iter().map(f).sum::<usize>();
-        stats.bytes("leaf_lists", lists(|w| w.lists.bytes() + w.loose.bytes()));
+        stats.bytes("leaves", lists(|w| w.leaves.bytes()));
+        stats.bytes("loose_samples", lists(|w| w.loose.bytes()));
         stats.bytes("triangle_lists", peak);
         stats.bytes("words", self.words.len() * 2);
         stats.counter("tiles", self.tiles.len() as u64);

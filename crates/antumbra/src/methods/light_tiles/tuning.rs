@@ -26,3 +26,6 @@ pub(super) const GROUP: usize = 8;
 
 /// Triangles that a worker takes at a time.
 pub(super) const TRIANGLES: usize = 1024;
+
+/// A triangle that touches no more cells than this goes to their tiles without a descent.
+pub(super) const FEW_CELLS: u32 = 16;

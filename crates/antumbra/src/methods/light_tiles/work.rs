@@ -179,9 +179,8 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
         ((x - region.lo[k]) * scale + 8_388_608.0).to_bits() as u16 & (steps as u16 - 1)
     };
     for worker in pass.gathered {
-        worker.lists.each(tile, |numbers| {
-            for &n in numbers {
-                let Leaf { region, block, mask } = worker.leaves[n as usize];
+        worker.leaves.each(tile, |leaves| {
+            for &Leaf { region, block, mask } in leaves {
                 let mask = if pass.again { mask & !pass.words[block as usize].load(Relaxed) } else { mask };
                 if mask != 0 {
                     // Depth first: what mixes near and far is tested most.
@@ -227,6 +226,11 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
 fn counting_sort<T: Copy, const KEYS: usize>(from: &[T], to: &mut Vec<T>, key: impl Fn(&T) -> u16) {
     to.clear();
     let Some(&any) = from.first() else { return };
+    if from.len() <= 8 {
+        // One vector or group: nothing to part.
+        to.extend_from_slice(from);
+        return;
+    }
     to.resize(from.len(), any);
     let mut start = [0u32; KEYS];
     for item in from {
