@@ -310,30 +310,9 @@ impl Reproduce {
     }
 }
 
-/// A method by name. Where the catalogue has no opinion on `auto`, it is the fastest exact one that is listed.
+/// A method by name, or what `auto` picks.
 pub(crate) fn method(option: &str, name: &str) -> Result<&'static MethodInfo> {
-    match info(name) {
-        Ok(info) => Ok(info),
-        Err(_) if name == "auto" => {
-            let fallback = CATALOGUE.iter().find(|m| m.name == "ray-cast").or(CATALOGUE.first());
-            fallback.ok_or_else(|| anyhow::anyhow!("{option} auto: no method is built in"))
-        }
-        Err(e) => bail!("{option} {name}: {e}"),
-    }
-}
-
-/// A debug view of a method by name.
-fn debug_view(method: &Method, name: &str) -> Result<DebugView> {
-    let views = create(method.info.name, &method.options)?.debug_views();
-    if let Some(view) = views.iter().find(|v| v.name == name) {
-        return Ok(*view);
-    }
-    let method = method.info.name;
-    if views.is_empty() {
-        bail!("--debug {name}: {method} has no debug views");
-    }
-    let known: Vec<String> = views.iter().map(|v| format!("{} ({})", v.name, v.shows)).collect();
-    bail!("--debug {name}: {method} has no such view; there are: {}", known.join("; "))
+    info(name).map_err(|e| anyhow::anyhow!("{option} {name}: {e}"))
 }
 
 /// An output file: its ending must be one of `endings`, its folder must be there.

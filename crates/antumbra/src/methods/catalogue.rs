@@ -220,12 +220,35 @@ pub struct UnknownMethod {
     known: String,
 }
 
-/// Finds a method by name or alias. `auto` is resolved to the method that it picks.
+/// What a user knows of the work before it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Work {
+    /// Casters.
+    pub triangles: usize,
+    /// Samples of each mask.
+    pub samples: usize,
+    /// Masks (lights, or frames) for which the triangles stay where they are.
+    pub masks_a_scene: usize,
+}
+
+/// What `auto` picks for some work: the name of an exact method.
+///
+/// `light-tiles`, unless the scene stays for several masks of few samples: then `ray-cast` with its hierarchy kept
+/// ([`RayCast::keep`]) need not read every triangle for every mask. `docs/methods/light-tiles.md` has the measurement.
+pub fn pick(work: &Work) -> &'static str {
+    if work.masks_a_scene >= 4 && work.samples < work.triangles / 4 { "ray-cast" } else { AUTO }
+}
+
+/// The pick for a single frame.
+const AUTO: &str = "light-tiles";
+
+/// Finds a method by name or alias. `auto` is resolved to the method that [`pick`] picks for a single frame.
 ///
 /// # Errors
 /// [`UnknownMethod`] lists the names there are.
 pub fn info(name: &str) -> Result<&'static MethodInfo, UnknownMethod> {
     let lower = name.to_ascii_lowercase();
+    let lower = if lower == "auto" { AUTO.to_owned() } else { lower };
     CATALOGUE.iter().find(|m| m.name == lower || m.aliases.contains(&lower.as_str())).ok_or_else(|| {
         UnknownMethod {
             name: name.to_owned(),

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use antumbra_predicates::Triangle;
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, WIDEN};
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
@@ -158,49 +158,152 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
         & w0.max(w1).max(w2).simd_le(LIMIT);
     let simple = simple.to_bitmask() as u32;
     let face = f0.to_array();
-    // Cells at once where all triangles are in one face, as neighbours mostly are.
+    let mut alone = live;
+    let mut found = 0;
     let common = face[(live & simple).trailing_zeros() as usize & 7];
     let one_face = live & simple & !(f0.simd_eq(common).to_bitmask() as u32) == 0;
-    let (mut cells, mut places) = ([[0; 8]; 4], [[0; 8]; 2]);
-    if one_face {
-        let fit = &pass.tiles.grids[common as usize].fit;
-        cells = [fit.cells(s, 0, x_lo), fit.cells(s, 0, x_hi), fit.cells(s, 1, y_lo), fit.cells(s, 1, y_hi)];
-        places = [fit.places(s, 0, x_lo), fit.places(s, 1, y_lo)];
+    if one_face && live & simple != 0 {
+        let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
+        if let Some(taken) = together(s, pass, common as usize, first, live & simple, &seen, out) {
+            found = taken;
+            alone &= !simple;
+        }
     }
-    let bounds = [x_lo.to_array(), x_hi.to_array(), y_lo.to_array(), y_hi.to_array()];
-    let r_hi = r_hi.to_array();
+    if alone != 0 {
+        let bounds = [x_lo.to_array(), x_hi.to_array(), y_lo.to_array(), y_hi.to_array(), r_hi.to_array()];
+        while alone != 0 {
+            let i = alone.trailing_zeros() as usize;
+            alone &= alone - 1;
+            let [x_lo, x_hi, y_lo, y_hi, r] =
+                [bounds[0][i], bounds[1][i], bounds[2][i], bounds[3][i], bounds[4][i]];
+            let seen = (simple >> i & 1 == 1).then_some(Seen { x: [x_lo, x_hi], y: [y_lo, y_hi], r });
+            found |= u32::from(single(s, pass, (first + i) as u32, face[i] as usize, seen, out)) << i;
+        }
+    }
+    out.counts.culled_tris += u64::from((live & !found).count_ones());
+}
 
-    while live != 0 {
-        let i = live.trailing_zeros() as usize;
-        live &= live - 1;
-        let id = (first + i) as u32;
-        let before = out.ids.items();
-        let accepts = out.counts.node_accept;
-        if simple >> i & 1 == 1 {
-            let face = face[i] as usize;
-            let seen = Seen { x: [bounds[0][i], bounds[1][i]], y: [bounds[2][i], bounds[3][i]], r: r_hi[i] };
-            let grid = &pass.tiles.grids[face];
-            if grid.root != NOTHING {
-                let cells = if one_face {
-                    [cells[0][i], cells[1][i], cells[2][i], cells[3][i]]
-                } else {
-                    seen.cells(&grid.fit)
-                };
-                let entry = Entry { id, at: [places[0][i] as u16, places[1][i] as u16] };
-                place(s, pass, entry, face, &seen, cells, out);
+/// Bounds of eight triangles as seen from the light, within one face.
+#[derive(Clone, Copy, Debug)]
+struct SeenEight<S: Simd> {
+    x: [f32x8<S>; 2],
+    y: [f32x8<S>; 2],
+    r: f32x8<S>,
+}
+
+/// Eight triangles that are seen close together, as neighbours in a mesh are: each tile in the cells around all of them is held against the
+/// eight at once. Returns those that some tile took; `None`, and nothing done, where they are too far apart.
+#[inline(always)]
+fn together<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    face: usize,
+    first: usize,
+    live: u32,
+    seen: &SeenEight<S>,
+    out: &mut Binned,
+) -> Option<u32> {
+    let tiles = pass.tiles;
+    let grid = &tiles.grids[face];
+    if grid.root == NOTHING {
+        return Some(0);
+    }
+    let lanes = mask32x8::from_bitmask(s, u64::from(live));
+    let (most, least) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
+    let all = Seen {
+        x: [lanes.select(seen.x[0], most).reduce_min(), lanes.select(seen.x[1], least).reduce_max()],
+        y: [lanes.select(seen.y[0], most).reduce_min(), lanes.select(seen.y[1], least).reduce_max()],
+        r: 0.0,
+    };
+    let [x0, x1, y0, y1] = wider(grid, all.cells(&grid.fit));
+    if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS {
+        return None;
+    }
+    if tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0)) {
+        return None;
+    }
+    let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
+    let mut found = 0;
+    each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
+        let region = &tiles.region[tile as usize];
+        let near = seen.r.simd_ge(region.lo[2])
+            & seen.x[0].simd_le(region.hi[0])
+            & seen.x[1].simd_ge(region.lo[0])
+            & seen.y[0].simd_le(region.hi[1])
+            & seen.y[1].simd_ge(region.lo[1]);
+        let mut near = near.to_bitmask() as u32 & live;
+        if near == 0 || pass.covered[tile as usize].load(Relaxed) {
+            return;
+        }
+        found |= near;
+        while near != 0 {
+            let i = near.trailing_zeros() as usize;
+            near &= near - 1;
+            out.ids.push(tile, Entry { id: (first + i) as u32, at: [columns[i] as u16, rows[i] as u16] });
+        }
+    });
+    Some(found)
+}
+
+/// Cells, and one more all round: leaves may stick out of their tiles by one cell ([`Tiles::home`]).
+#[inline(always)]
+fn wider(grid: &Grid, cells: [u32; 4]) -> [u32; 4] {
+    let last = (1 << grid.levels) - 1;
+    [
+        cells[0].saturating_sub(1),
+        (cells[1] + 1).min(last),
+        cells[2].saturating_sub(1),
+        (cells[3] + 1).min(last),
+    ]
+}
+
+/// Calls `visit` once with every tile of a range of cells, none of which has a grid of its own.
+#[inline(always)]
+fn each_tile(tiles: &Tiles, grid: &Grid, [x0, x1, y0, y1]: [u32; 4], mut visit: impl FnMut(u32)) {
+    let mut y = y0;
+    while y <= y1 {
+        let (mut x, mut next) = (x0, y1 + 1);
+        while x <= x1 {
+            let tile = grid.at(x, y);
+            let [_, last_x, first_y, last_y] = tiles.cells[tile as usize].map(u32::from);
+            // A tile is met again in each band of rows that it spans; it is new in the first.
+            if y == y0 || first_y == y {
+                visit(tile);
             }
-        } else {
-            for face in 0..FACES {
-                let root = pass.tiles.grids[face].root;
-                if root != NOTHING {
-                    out.stack.clear();
-                    out.stack.push(root);
-                    start(s, pass, id, face, out);
-                }
+            x = last_x + 1;
+            next = next.min(last_y + 1);
+        }
+        y = next;
+    }
+}
+
+/// One triangle; `seen` is `None` if it crosses from face to face. True if any tile took it.
+#[inline(always)]
+fn single<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    id: u32,
+    face: usize,
+    seen: Option<Seen>,
+    out: &mut Binned,
+) -> bool {
+    let before = out.ids.items();
+    let accepts = out.counts.node_accept;
+    if let Some(seen) = seen {
+        if pass.tiles.grids[face].root != NOTHING {
+            place(s, pass, id, face, &seen, out);
+        }
+    } else {
+        for face in 0..FACES {
+            let root = pass.tiles.grids[face].root;
+            if root != NOTHING {
+                out.stack.clear();
+                out.stack.push(root);
+                start(s, pass, id, face, out);
             }
         }
-        out.counts.culled_tris += u64::from(out.ids.items() == before && accepts == out.counts.node_accept);
     }
+    out.ids.items() != before || accepts != out.counts.node_accept
 }
 
 /// Lanes in which two corners are one point.
@@ -239,25 +342,11 @@ impl Seen {
 
 /// A triangle within one face.
 #[inline(always)]
-fn place<S: Simd>(
-    s: S,
-    pass: &Pass<'_>,
-    entry: Entry,
-    face: usize,
-    seen: &Seen,
-    cells: [u32; 4],
-    out: &mut Binned,
-) {
+fn place<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, seen: &Seen, out: &mut Binned) {
     let tiles = pass.tiles;
     let mut grid = &tiles.grids[face];
-    // Leaves may stick out of their tiles by one cell ([`Tiles::home`]).
-    let last = (1 << grid.levels) - 1;
-    let [mut x0, mut x1, mut y0, mut y1] = [
-        cells[0].saturating_sub(1),
-        (cells[1] + 1).min(last),
-        cells[2].saturating_sub(1),
-        (cells[3] + 1).min(last),
-    ];
+    let [mut x0, mut x1, mut y0, mut y1] = wider(grid, seen.cells(&grid.fit));
+    let entry = Entry { id, at: [grid.fit.place(0, seen.x[0]), grid.fit.place(1, seen.y[0])] };
     loop {
         let (a, d) = (grid.at(x0, y0), grid.at(x1, y1));
         // Tiles are squares: opposite corners in one tile, all in it.
@@ -270,32 +359,20 @@ fn place<S: Simd>(
             push(pass, a, entry, seen, out);
             return;
         }
+        // A few cells: their tiles one by one cost less than a descent.
+        let crowded = tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0));
+        if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && !crowded {
+            each_tile(tiles, grid, [x0, x1, y0, y1], |tile| push(pass, tile, entry, seen, out));
+            return;
+        }
         let (b, c) = (grid.at(x1, y0), grid.at(x0, y1));
         // The finest level at which two by two cells hold the triangle.
-        let widest = (x1 - x0).max(y1 - y0);
-        let mut shift = widest.ilog2();
+        let mut shift = (x1 - x0).max(y1 - y0).ilog2();
         if (x1 >> shift) - (x0 >> shift) > 1 || (y1 >> shift) - (y0 >> shift) > 1 {
             shift += 1;
         }
         let level = grid.levels - shift.min(grid.levels);
         let is_tile = |e: u32, level: u32| e & GRID == 0 && u32::from(tiles.level[e as usize]) <= level;
-        if is_tile(a, level) && is_tile(b, level) && is_tile(c, level) && is_tile(d, level) {
-            push(pass, a, entry, seen, out);
-            if b != a {
-                push(pass, b, entry, seen, out);
-            }
-            if c != a && c != b {
-                push(pass, c, entry, seen, out);
-            }
-            if d != b && d != c {
-                push(pass, d, entry, seen, out);
-            }
-            return;
-        }
-        // A few cells: their tiles one by one cost less than a descent.
-        if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && few(pass, grid, [x0, x1, y0, y1], entry, seen, out) {
-            return;
-        }
         // Nodes are at even levels.
         let level = level & !1;
         let shift = grid.levels - level;
@@ -315,31 +392,6 @@ fn place<S: Simd>(
         start(s, pass, entry.id, face, out);
         return;
     }
-}
-
-/// The tiles of a few cells. False, and nothing done, if one of them has a grid of its own.
-#[inline(always)]
-fn few(
-    pass: &Pass<'_>,
-    grid: &Grid,
-    [x0, x1, y0, y1]: [u32; 4],
-    entry: Entry,
-    seen: &Seen,
-    out: &mut Binned,
-) -> bool {
-    if pass.tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0)) {
-        return false;
-    }
-    for y in y0..=y1 {
-        for x in x0..=x1 {
-            let tile = grid.at(x, y);
-            // Tiles are squares: each has one cell in the range that has none of its own before or above it.
-            if (x == x0 || grid.at(x - 1, y) != tile) && (y == y0 || grid.at(x, y - 1) != tile) {
-                push(pass, tile, entry, seen, out);
-            }
-        }
-    }
-    true
 }
 
 /// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered.

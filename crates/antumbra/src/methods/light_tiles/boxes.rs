@@ -27,7 +27,7 @@ impl Boxes {
 
     /// Fills up to whole vectors with bounds that meet nothing.
     pub(super) fn pad(&mut self) {
-        while self.bounds[0].len() % 8 != 0 {
+        while !self.bounds[0].len().is_multiple_of(8) {
             self.push(NOWHERE);
         }
     }

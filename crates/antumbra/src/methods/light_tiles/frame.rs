@@ -16,7 +16,7 @@ impl Frame {
     /// The frame of face `face`: +x, -x, +y, -y, +z, -z.
     #[inline(always)]
     pub(super) fn of(face: usize) -> Frame {
-        Frame { axis: AXES[face / 2], sign: if face % 2 == 0 { 1.0 } else { -1.0 } }
+        Frame { axis: AXES[face / 2], sign: if face.is_multiple_of(2) { 1.0 } else { -1.0 } }
     }
 
     /// A point or vector in the frame. Exact.

@@ -67,15 +67,25 @@ impl Fit {
         (bits & CELL_BITS).to_array()
     }
 
-    /// In [`PLACES`] of cells, for eight numbers.
+    /// In [`PLACES`] of cells.
     #[inline(always)]
-    pub(super) fn places<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
-        let fine = Fit {
+    pub(super) fn place(&self, axis: usize, x: f32) -> u16 {
+        self.fine().cell(axis, x) as u16
+    }
+
+    #[inline(always)]
+    fn fine(&self) -> Fit {
+        Fit {
             origin: self.origin,
             scale: [self.scale[0] * PLACES as f32, self.scale[1] * PLACES as f32],
             last: self.last * PLACES as f32,
-        };
-        fine.cells(s, axis, x)
+        }
+    }
+
+    /// In [`PLACES`] of cells, for eight numbers.
+    #[inline(always)]
+    pub(super) fn places<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
+        self.fine().cells(s, axis, x)
     }
 }
 

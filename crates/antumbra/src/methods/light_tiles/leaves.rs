@@ -196,7 +196,7 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
         1 => (q[0], q[2], q[1]),
         _ => (q[0], q[1], q[2]),
     };
-    let w = if face % 2 == 0 { w } else { [-w[0], -w[1]] };
+    let w = if face.is_multiple_of(2) { w } else { [-w[0], -w[1]] };
     let side = [u[0].abs().max(v[0].abs()).max(NEAREST), u[1].abs().max(v[1].abs()).max(NEAREST)];
     let inside =
         both([w[0].simd_ge(side[0]) & w[0].simd_le(LIMIT), w[1].simd_ge(side[1]) & w[1].simd_le(LIMIT)]);
@@ -367,7 +367,7 @@ pub(super) fn direction(p: [f32; 3], light: [f32; 3]) -> Option<(usize, [f32; 3]
     let q = [p[0] - light[0], p[1] - light[1], p[2] - light[2]];
     let face = face_of(q);
     let [u, v, w] = Frame::of(face).turn(q);
-    if !(w >= NEAREST && w <= LIMIT) {
+    if !(NEAREST..=LIMIT).contains(&w) {
         return None;
     }
     let r = 1.0 / w;

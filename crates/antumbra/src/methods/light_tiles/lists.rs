@@ -1,5 +1,7 @@
 //! Many growing lists in one array: a list is a chain of chunks.
 
+use super::prefetch::prefetch;
+
 /// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items, eight of leaves.
 const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
@@ -59,6 +61,14 @@ impl<T: Copy + Default> Lists<T> {
         while let Some(chunk) = self.chunks.get(at as usize) {
             visit(&chunk.items[..chunk.count as usize]);
             at = chunk.next;
+        }
+    }
+
+    /// The list will be read soon.
+    #[inline(always)]
+    pub(super) fn ask_for(&self, list: usize) {
+        if let Some(&head) = self.head.get(list) {
+            prefetch(&self.chunks, head as usize);
         }
     }
 

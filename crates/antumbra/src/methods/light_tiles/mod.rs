@@ -22,6 +22,7 @@ mod grid;
 mod layout;
 mod leaves;
 mod lists;
+mod prefetch;
 #[cfg(test)]
 mod tests;
 mod tuning;

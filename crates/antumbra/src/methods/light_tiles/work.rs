@@ -14,6 +14,7 @@ use super::frame::Frame;
 use super::grid::{PLACES, Tiles};
 use super::layout::{BLOCK, Layout};
 use super::leaves::{Gathered, Leaf, direction};
+use super::prefetch::prefetch;
 use super::tuning::GROUP;
 use crate::methods::leaf::LeafCounts;
 
@@ -98,6 +99,9 @@ struct Work {
 
 const LOOSE: u32 = 1 << 31;
 
+/// Blocks of triangles that are asked for before they are prepared.
+const AHEAD: usize = 3;
+
 /// A loose sample.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
@@ -129,6 +133,12 @@ pub(super) fn work<S: Simd>(s: S, pass: &Pass<'_>, scratch: &mut Scratch) {
         if tile >= pass.tiles.len() {
             return;
         }
+        for worker in pass.gathered {
+            worker.leaves.ask_for(tile + 1);
+        }
+        for worker in pass.binned {
+            worker.ids.ask_for(tile + 1);
+        }
         one_tile(s, pass, tile, scratch);
     }
 }
@@ -150,6 +160,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         }
     }
     collect(pass, tile, scratch);
+    ask_for(pass, scratch.leaves.iter().take(GROUP));
     if covered || prepare(s, pass, tile, scratch) {
         scratch.counts.node_accept += 1;
         for i in 0..scratch.leaves.len() {
@@ -162,7 +173,19 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         return;
     }
     for first in (0..scratch.leaves.len()).step_by(GROUP) {
+        ask_for(pass, scratch.leaves.iter().skip(first + GROUP).take(GROUP));
         group(s, pass, tile, first..scratch.leaves.len().min(first + GROUP), scratch);
+    }
+}
+
+/// The samples of these leaves will be needed soon.
+#[inline(always)]
+fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Work>) {
+    for leaf in leaves.filter(|leaf| leaf.block & LOOSE == 0) {
+        let (start, line) = pass.layout.corner(leaf.block as usize);
+        for y in 0..4 {
+            prefetch(pass.positions, start + y * line);
+        }
     }
 }
 
@@ -273,15 +296,14 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     });
     let Frame { axis, sign } = frame;
     let sign = [1.0, 1.0, sign];
-    let mut ahead = ids.chunks(8).skip(1);
+    for eight in ids.iter().take(8 * AHEAD) {
+        prefetch(pass.triangles, eight.id as usize);
+    }
+    let mut ahead = ids.chunks(8).skip(AHEAD);
     for eight in ids.chunks(8) {
-        // Asks for the next triangles now: they are spread over the whole scene, and memory is slow.
-        let mut touched = 0.0;
         for entry in ahead.next().unwrap_or_default() {
-            let t = &pass.triangles[entry.id as usize];
-            touched += t[0][0] + t[2][2];
+            prefetch(pass.triangles, entry.id as usize);
         }
-        std::hint::black_box(touched);
         let mut at = [0; 8];
         for (i, at) in at.iter_mut().enumerate() {
             *at = eight[i.min(eight.len() - 1)].id as usize;
@@ -374,15 +396,6 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
     live_hulls.pad();
     // Coordinates of all leaves first: what is written one by one is not read back at once.
     let frame = Frame::of(pass.tiles.face[tile] as usize);
-    // All their lines are asked for before the first is needed.
-    let mut touched = 0.0;
-    for leaf in leaves.iter().filter(|leaf| leaf.block & LOOSE == 0) {
-        let (start, line) = pass.layout.corner(leaf.block as usize);
-        for y in 0..4 {
-            touched += pass.positions.get(start + y * line).map_or(0.0, |p| p[0]);
-        }
-    }
-    std::hint::black_box(touched);
     points.resize(GROUP, Points { at: [[0.0; BLOCK]; 3] });
     for (leaf, points) in leaves.iter().zip(points.iter_mut()) {
         load(pass, slots_sorted, leaf, &frame, points);

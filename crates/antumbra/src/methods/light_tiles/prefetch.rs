@@ -1,0 +1,19 @@
+//! Asks memory for what is needed soon.
+//!
+//! The tile pass reads samples and triangles in the order of tiles, which is no order in memory: a profile showed an eighth of
+//! its time at the first touch of each sample. The compiler has no safe way to say "soon".
+#![allow(unsafe_code, reason = "prefetching takes a pointer; it reads nothing and cannot fault")]
+
+/// Asks for the cache line that holds item `index`, if there is one. Never changes a result.
+#[inline(always)]
+pub(super) fn prefetch<T>(items: &[T], index: usize) {
+    let Some(item) = items.get(index) else { return };
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: the instruction is part of SSE, which every x86-64 has; it has no effect but on caches, for any address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(item).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = item;
+}
