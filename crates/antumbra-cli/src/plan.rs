@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use antumbra::Isa;
-use antumbra::methods::{CATALOGUE, DebugView, MethodInfo, Options, create, info};
+use antumbra::methods::{DebugView, MethodInfo, Options, create, info};
 use anyhow::{Result, bail};
 
 use crate::args;
@@ -313,6 +313,20 @@ impl Reproduce {
 /// A method by name, or what `auto` picks.
 pub(crate) fn method(option: &str, name: &str) -> Result<&'static MethodInfo> {
     info(name).map_err(|e| anyhow::anyhow!("{option} {name}: {e}"))
+}
+
+/// A debug view of a method by name.
+fn debug_view(method: &Method, name: &str) -> Result<DebugView> {
+    let views = create(method.info.name, &method.options)?.debug_views();
+    if let Some(view) = views.iter().find(|v| v.name == name) {
+        return Ok(*view);
+    }
+    let method = method.info.name;
+    if views.is_empty() {
+        bail!("--debug {name}: {method} has no debug views");
+    }
+    let known: Vec<String> = views.iter().map(|v| format!("{} ({})", v.name, v.shows)).collect();
+    bail!("--debug {name}: {method} has no such view; there are: {}", known.join("; "))
 }
 
 /// An output file: its ending must be one of `endings`, its folder must be there.

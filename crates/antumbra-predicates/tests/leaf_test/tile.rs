@@ -27,7 +27,7 @@ struct Tally {
 /// World coordinates in the frame of a face: axes turned round, w perhaps negated.
 fn turn(face: usize, p: Point) -> Point {
     let [u, v, w] = [[1, 2, 0], [0, 2, 1], [0, 1, 2]][face / 2];
-    [p[u], p[v], if face % 2 == 0 { p[w] } else { -p[w] }]
+    [p[u], p[v], if face.is_multiple_of(2) { p[w] } else { -p[w] }]
 }
 
 /// x, y, r of a sample, if it lies within the face.
@@ -35,7 +35,7 @@ fn direction(face: usize, p: Point, light: Point) -> Option<Point> {
     let (p, l) = (turn(face, p), turn(face, light));
     let [u, v, w] = [0, 1, 2].map(|k| p[k] - l[k]);
     let r = 1.0 / w;
-    (w >= NEAREST && w <= LIMIT && u.abs() <= w && v.abs() <= w).then_some([u * r, v * r, r])
+    ((NEAREST..=LIMIT).contains(&w) && u.abs() <= w && v.abs() <= w).then_some([u * r, v * r, r])
 }
 
 fn bounds(of: &[Point]) -> Region {

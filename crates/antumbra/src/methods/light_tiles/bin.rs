@@ -126,7 +126,7 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
     }
     out.broken |= finite.simd_eq(zero).to_bitmask() as u8 != 0xff;
     let degenerate = same(raw[0], raw[1]) | same(raw[1], raw[2]) | same(raw[2], raw[0]);
-    let mut live = !degenerate & ((1 << count) - 1);
+    let live = !degenerate & ((1 << count) - 1);
     out.counts.setup_tris += u64::from(live.count_ones());
     let mut rel = raw;
     for v in &mut rel {
