@@ -216,10 +216,7 @@ fn together<S: Simd>(
         r: 0.0,
     };
     let [x0, x1, y0, y1] = wider(grid, all.cells(&grid.fit));
-    if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS {
-        return None;
-    }
-    if tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0)) {
+    if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || crowded(tiles, grid, [x0, x1, y0, y1]) {
         return None;
     }
     let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
@@ -344,54 +341,49 @@ impl Seen {
 #[inline(always)]
 fn place<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, seen: &Seen, out: &mut Binned) {
     let tiles = pass.tiles;
-    let mut grid = &tiles.grids[face];
-    let [mut x0, mut x1, mut y0, mut y1] = wider(grid, seen.cells(&grid.fit));
+    let grid = &tiles.grids[face];
+    let [x0, x1, y0, y1] = wider(grid, seen.cells(&grid.fit));
     let entry = Entry { id, at: [grid.fit.place(0, seen.x[0]), grid.fit.place(1, seen.y[0])] };
-    loop {
-        let (a, d) = (grid.at(x0, y0), grid.at(x1, y1));
-        // Tiles are squares: opposite corners in one tile, all in it.
-        if a == d {
-            if a & GRID != 0 {
-                grid = &tiles.grids[(a & !GRID) as usize];
-                [x0, x1, y0, y1] = seen.cells(&grid.fit);
-                continue;
-            }
-            push(pass, a, entry, seen, out);
-            return;
-        }
-        // A few cells: their tiles one by one cost less than a descent.
-        let crowded = tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0));
-        if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && !crowded {
-            each_tile(tiles, grid, [x0, x1, y0, y1], |tile| push(pass, tile, entry, seen, out));
-            return;
-        }
-        let (b, c) = (grid.at(x1, y0), grid.at(x0, y1));
-        // The finest level at which two by two cells hold the triangle.
-        let mut shift = (x1 - x0).max(y1 - y0).ilog2();
-        if (x1 >> shift) - (x0 >> shift) > 1 || (y1 >> shift) - (y0 >> shift) > 1 {
-            shift += 1;
-        }
-        let level = grid.levels - shift.min(grid.levels);
-        let is_tile = |e: u32, level: u32| e & GRID == 0 && u32::from(tiles.level[e as usize]) <= level;
-        // Nodes are at even levels.
-        let level = level & !1;
-        let shift = grid.levels - level;
-        out.stack.clear();
-        for (e, x, y) in [(a, x0, y0), (b, x1, y0), (c, x0, y1), (d, x1, y1)] {
-            let child = if is_tile(e, level) {
-                e
-            } else if level == grid.levels {
-                tiles.grids[(e & !GRID) as usize].root
-            } else {
-                NODE | grid.node(level, x >> shift, y >> shift)
-            };
-            if !out.stack.contains(&child) {
-                out.stack.push(child);
-            }
-        }
-        start(s, pass, entry.id, face, out);
+    let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
+    // Tiles are squares: opposite corners in one tile, all in it.
+    let first = grid.at(x0, y0);
+    if first == grid.at(x1, y1) && first & GRID == 0 {
+        push(pass, first, entry, seen, out);
         return;
     }
+    // A few cells: their tiles one by one cost less than a descent.
+    if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && !crowded(tiles, grid, [x0, x1, y0, y1]) {
+        each_tile(tiles, grid, [x0, x1, y0, y1], |tile| push(pass, tile, entry, seen, out));
+        return;
+    }
+    // The finest level at which two by two cells hold the triangle. Nodes are at even levels.
+    let mut shift = (x1 - x0).max(y1 - y0).max(1).ilog2();
+    if (x1 >> shift) - (x0 >> shift) > 1 || (y1 >> shift) - (y0 >> shift) > 1 {
+        shift += 1;
+    }
+    let level = (grid.levels - shift.min(grid.levels)) & !1;
+    let shift = grid.levels - level;
+    out.stack.clear();
+    for (x, y) in corners {
+        let at = grid.at(x, y);
+        let child = if at & GRID == 0 && u32::from(tiles.level[at as usize]) <= level {
+            at
+        } else if level == grid.levels {
+            tiles.grids[(at & !GRID) as usize].root
+        } else {
+            NODE | grid.node(level, x >> shift, y >> shift)
+        };
+        if !out.stack.contains(&child) {
+            out.stack.push(child);
+        }
+    }
+    start(s, pass, id, face, out);
+}
+
+/// Whether a range of cells holds one that has a grid of its own.
+#[inline(always)]
+fn crowded(tiles: &Tiles, grid: &Grid, [x0, x1, y0, y1]: [u32; 4]) -> bool {
+    tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0))
 }
 
 /// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered.

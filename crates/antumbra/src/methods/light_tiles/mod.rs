@@ -28,7 +28,10 @@ mod tests;
 mod tuning;
 mod work;
 
+use std::iter::Enumerate;
+use std::slice::ChunksMut;
 use std::sync::atomic::{AtomicBool, AtomicU16, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::dispatch;
 use rayon::prelude::*;
@@ -210,16 +213,11 @@ impl LightTiles {
         self.words.resize_with(layout.blocks(), Default::default);
         let tiles = self.tiles.len();
         let pass = leaves::Pass { layout, positions, light, tiles: &self.tiles, band };
-        // Rows are dealt out by turns, so that each worker has whole rows of `mask` as a slice.
-        let workers = self.gathered.len();
-        let mut rows: Vec<Vec<(usize, &mut [u8])>> = Vec::new();
-        rows.resize_with(workers, Vec::new);
-        for (row, mask) in mask.chunks_mut(layout.row_samples()).enumerate() {
-            rows[row % workers].push((row, mask));
-        }
-        self.gathered.par_iter_mut().zip(rows).for_each(|(worker, rows)| {
+        // Each worker takes the next row of blocks, and with it the slice of the mask that it fills.
+        let rows = Mutex::new(mask.chunks_mut(layout.row_samples()).enumerate());
+        self.gathered.par_iter_mut().with_max_len(1).for_each(|worker| {
             worker.reset(tiles);
-            dispatch!(level, s => gather_rows(s, &pass, rows, worker));
+            dispatch!(level, s => gather_rows(s, &pass, &rows, worker));
         });
         self.words.par_iter_mut().with_min_len(4096).for_each(|w| *w.get_mut() = 0);
         self.tiles.region.clear();
@@ -356,14 +354,18 @@ impl LightTiles {
     }
 }
 
+/// Rows of blocks until none is left.
 #[inline(always)]
 fn gather_rows<S: fearless_simd::Simd>(
     s: S,
     pass: &leaves::Pass<'_>,
-    rows: Vec<(usize, &mut [u8])>,
+    rows: &Mutex<Enumerate<ChunksMut<'_, u8>>>,
     worker: &mut leaves::Gathered,
 ) {
-    for (row, mask) in rows {
+    loop {
+        // A poisoned lock means that another worker has panicked: its panic goes on, ours would hide it.
+        let next = rows.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let Some((row, mask)) = next else { return };
         leaves::gather(s, pass, row, mask, worker);
     }
 }
