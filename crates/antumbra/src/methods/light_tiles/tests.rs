@@ -30,7 +30,7 @@ fn counter(stats: &Stats, name: &str) -> u64 {
 
 #[test]
 fn least_capacity_takes_rounds_and_gives_the_same_mask() {
-    let (triangles, positions, light, expected) = case("room?size=2000", [96, 64]);
+    let (triangles, positions, light, expected) = case("atrium?size=2000", [96, 64]);
     let mut method = LightTiles::with_capacity(&Options::default(), 1);
     let mut mask = vec![7; expected.len()];
     let stats = method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
@@ -47,7 +47,7 @@ fn least_capacity_takes_rounds_and_gives_the_same_mask() {
 
 #[test]
 fn a_second_frame_allocates_nothing_new() {
-    let (triangles, positions, light, expected) = case("room?size=2000", [96, 64]);
+    let (triangles, positions, light, expected) = case("atrium?size=2000", [96, 64]);
     let mut method = LightTiles::new(&Options::default());
     let mut mask = vec![7; expected.len()];
     let mut room = Vec::new();
@@ -87,7 +87,7 @@ fn clumps_get_grids_of_their_own() {
         let stats = method.shadow(&triangles, samples, light, &mut mask).unwrap();
         assert!(mask == expected);
         // Without grids in crowded cells there would be two tiles with samples, and every triangle met every leaf.
-        assert!(counter(&stats, "tiles") > 100, "{:?}", stats.counters);
+        assert!(counter(&stats, "tiles") >= 20, "{:?}", stats.counters);
         let all = triangles.len() as u64 * (positions.len() as u64 / 16);
         assert!(counter(&stats, "pairs") < all / 10, "{:?}", stats.counters);
     }
