@@ -73,8 +73,8 @@ fn mistakes_are_named_on_one_or_two_lines_with_exit_code_2() {
             vec!["--debug depth", "ptsv", "visits (tests of", "level (height"],
         ),
         (
-            vec!["render", "builtin:single", "--debug", "visits", "--mask", &mask],
-            vec!["--debug visits", "-o"],
+            vec!["render", "builtin:single", "--debug", "triangles", "--mask", &mask],
+            vec!["--debug triangles", "-o"],
         ),
         (vec!["render", "builtin:single"], vec!["nothing to write"]),
         (vec!["render", "builtin:single", "--bogus"], vec!["--bogus", "antumbra render --help"]),
