@@ -51,7 +51,7 @@ pub(super) fn draw(
                 }
             });
             worker.loose.each(tile, |slots| {
-                slots.iter().for_each(|&slot| put(slot as usize / BLOCK, slot as usize % BLOCK, 2));
+                slots.iter().for_each(|s| put(s.slot as usize / BLOCK, s.slot as usize % BLOCK, 2));
             });
         }
     }

@@ -1,7 +1,7 @@
 //! Tiles: cells of directions around the light that hold about a thousand samples each.
 //!
 //! Each face of the cube has a grid, fitted to the directions of its samples. A quadtree over its cells, counted from one
-//! sample a block, says where a tile is large and where it is small. A cell that is crowded even at the finest level gets a
+//! sample in every fourth block, says where a tile is large and where it is small. A cell that is crowded even at the finest level gets a
 //! grid of its own, fitted again: clumps of samples thousands of times narrower than the face cost nothing extra.
 //!
 //! Tiles are also the leaves of a tree of [`Node`]s, 16 children each, which large triangles descend.
@@ -12,7 +12,7 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 use rayon::prelude::*;
 
 use super::frame::FACES;
-use super::tuning::{CROWDED, DEPTH, LEVELS, TILE_BLOCKS};
+use super::tuning::{CROWDED, DEPTH, LEAST_POINTS, LEVELS, TILE_POINTS, TILES};
 
 /// Marks an entry of a node or of a cell that is not a tile: a node.
 pub(super) const NODE: u32 = 1 << 31;
@@ -21,7 +21,7 @@ pub(super) const GRID: u32 = 1 << 30;
 /// No tile, node or grid.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// The direction of one sample of a block; `face` is [`NOTHING`] where the block is empty.
+/// The direction of one sample of a block; `face` is [`NOTHING`] where the block seems empty.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     pub(super) face: u32,
@@ -112,9 +112,9 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Fits the grid to points within `bounds`, and counts them.
-    fn count(&mut self, points: &[[f32; 2]], bounds: &Region) {
+    fn count(&mut self, points: &[[f32; 2]], bounds: &Region, limit: u32) {
         // Four levels more than an even spread would need: triangles are looked up one cell wider than they are.
-        let levels = 4 + (points.len() as u32 / TILE_BLOCKS).max(1).ilog2().div_ceil(2);
+        let levels = 4 + (points.len() as u32 / limit).max(1).ilog2().div_ceil(2);
         let levels = levels.next_multiple_of(2).min(LEVELS);
         let side = 1usize << levels;
         self.levels = levels;
@@ -183,6 +183,8 @@ pub(super) struct Tiles {
     pub(super) region: Vec<Region>,
     pub(super) nodes: Vec<Node>,
     points: Vec<Vec<[f32; 2]>>,
+    /// Points of a tile at most, where they can be parted.
+    limit: u32,
 }
 
 impl Tiles {
@@ -199,20 +201,22 @@ impl Tiles {
         if self.points.len() < FACES {
             self.points.resize_with(FACES, Vec::new);
         }
+        let there = points.iter().filter(|p| p.face != NOTHING).count() as u32;
+        let limit = (there / TILES).clamp(LEAST_POINTS, TILE_POINTS);
+        self.limit = limit;
         // Counting is most of the work, and faces do not touch.
         self.points.par_iter_mut().zip(&mut self.grids).zip(bounds).enumerate().take(FACES).for_each(
             |(face, ((list, grid), bounds))| {
                 list.clear();
                 list.extend(points.iter().filter(|p| p.face as usize == face).map(|p| p.at));
                 grid.root = NOTHING;
-                grid.count(list, bounds);
+                grid.count(list, bounds, limit);
             },
         );
         for face in 0..FACES {
             let points = std::mem::take(&mut self.points[face]);
-            if !points.is_empty() {
-                self.fill(face, face, &points, 0);
-            }
+            // A face without points gets a tile as well: samples that were not looked at may be in it.
+            self.fill(face, face, &points, 0);
             self.points[face] = points;
         }
     }
@@ -298,7 +302,7 @@ impl Tiles {
                 let at = [p[0], p[1], 0.0];
                 sum.union(&Region { lo: at, hi: at })
             });
-            self.grids[number as usize].count(&points, &bounds);
+            self.grids[number as usize].count(&points, &bounds, self.limit);
             self.fill(number as usize, face, &points, depth + 1);
             let root = self.grids[number as usize].root;
             match parent {
@@ -329,7 +333,7 @@ impl Tiles {
         };
         // All points in one place: no grid parts them.
         let together = g.fit.scale == [0.0; 2];
-        if count > CROWDED && level == g.levels && depth < DEPTH && !together {
+        if count > CROWDED * self.limit && level == g.levels && depth < DEPTH && !together {
             let number = self.used as u32;
             self.used += 1;
             if self.grids.len() < self.used {
@@ -341,7 +345,7 @@ impl Tiles {
             g.cells[(y << level | x) as usize] = GRID | number;
             return NOTHING;
         }
-        if count <= TILE_BLOCKS || level == g.levels {
+        if count <= self.limit || level == g.levels {
             let tile = self.level.len() as u32;
             self.level.push(level as u8);
             self.face.push(face as u8);
@@ -379,7 +383,8 @@ impl Tiles {
         }
     }
 
-    /// Bounds of nodes, once those of the tiles are known. Children come after their parents.
+    /// Bounds of nodes, once those of the tiles are known. Children come after their parents. Faces without samples lose their
+    /// roots.
     pub(super) fn bound_nodes(&mut self) {
         for i in (0..self.nodes.len()).rev() {
             let (before, after) = self.nodes.split_at_mut(i + 1);
@@ -406,6 +411,16 @@ impl Tiles {
                 kept += 1;
             }
             node.count = kept;
+        }
+        for grid in &mut self.grids[..FACES] {
+            let region = match grid.root {
+                NOTHING => continue,
+                node if node & NODE != 0 => self.nodes[(node & !NODE) as usize].region,
+                tile => self.region[tile as usize],
+            };
+            if region.lo[0] > region.hi[0] {
+                grid.root = NOTHING;
+            }
         }
     }
 

@@ -75,14 +75,22 @@ impl Layout {
         (x < self.width).then(|| sample / 4 * self.width + x)
     }
 
-    /// Sets the lowest bit of the samples of a block in the mask of its row of blocks; `word` has one bit a sample.
+    /// Which samples of a block lie within the columns of the picture; bits.
     #[inline(always)]
-    pub(super) fn mark(&self, mask: &mut [u8], column: usize, word: u16) {
+    pub(super) fn inside(&self, column: usize) -> u16 {
+        let left = self.width.saturating_sub(4 * column);
+        if self.is_list || left >= 4 { u16::MAX } else { 0x1111 * ((1 << left) - 1) }
+    }
+
+    /// Sets the bits of `value` for samples of a block in the mask of its row of blocks; `word` has one bit a sample, all of
+    /// them within the picture's columns.
+    #[inline(always)]
+    pub(super) fn mark(&self, mask: &mut [u8], column: usize, word: u16, value: u8) {
         let (start, line) = if self.is_list { (column * BLOCK, 4) } else { (4 * column, self.width) };
         for y in 0..4 {
             let four = u32::from(word >> (4 * y) & 0xf);
             // Bits 0 to 3 to the lowest bits of four bytes: copies 7 bits apart.
-            let spread = ((four * 0x0020_4081) & 0x0101_0101).to_le_bytes();
+            let spread = (((four * 0x0020_4081) & 0x0101_0101) * u32::from(value)).to_le_bytes();
             if let Some(bytes) = mask.get_mut(start + y * line..).and_then(|m| m.first_chunk_mut::<4>()) {
                 *bytes = (u32::from_le_bytes(*bytes) | u32::from_le_bytes(spread)).to_le_bytes();
             } else {

@@ -11,7 +11,7 @@ use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
 use super::layout::{BLOCK, Layout};
 use super::lists::Lists;
-use super::tuning::BLOCK_LEAVES;
+use super::tuning::{BLOCK_LEAVES, EVERY};
 use crate::mask::{LIT, NONE};
 
 /// Up to 16 samples of one block that the light sees close together.
@@ -21,6 +21,15 @@ pub(super) struct Leaf {
     pub(super) block: u32,
     /// One bit a sample of the block.
     pub(super) mask: u16,
+}
+
+/// A sample on its own.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Loose {
+    /// World space: kept here, as neighbours in a tile are far apart in memory.
+    pub(super) at: [f32; 3],
+    /// Block times 16 plus sample.
+    pub(super) slot: u32,
 }
 
 impl Default for Leaf {
@@ -34,8 +43,8 @@ impl Default for Leaf {
 pub(super) struct Gathered {
     /// Leaves by tile.
     pub(super) leaves: Lists<Leaf>,
-    /// Samples by tile: block times 16 plus sample.
-    pub(super) loose: Lists<u32>,
+    /// Samples by tile, on their own.
+    pub(super) loose: Lists<Loose>,
     /// Samples without a direction that f32 can hold: on the light, or out of all proportion.
     pub(super) wild: Vec<u32>,
     /// Bounds by tile.
@@ -56,7 +65,7 @@ impl Gathered {
     }
 }
 
-/// The first sample of each block of a row of blocks, as seen from the light; and bounds by face.
+/// One sample of every [`EVERY`]th block of a row of blocks, as seen from the light; and bounds by face.
 pub(super) fn look(
     layout: &Layout,
     positions: &[[f32; 3]],
@@ -67,7 +76,7 @@ pub(super) fn look(
     let mut bounds = [Region::EMPTY; FACES];
     for (column, point) in points.iter_mut().enumerate() {
         *point = Point { face: NOTHING, at: [0.0; 2] };
-        let (start, line) = layout.corner(row * layout.columns + column);
+        let (start, line) = layout.corner(row * layout.columns + EVERY * column);
         // One from the middle, else a corner. Others do not matter: points only say where tiles should be small.
         for i in [line + 1, 0, 3, 3 * line, 3 * line + 3] {
             // At the right border this may be a sample of another line: no harm either.
@@ -131,14 +140,7 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
                 block_of(s, pass, block, [load(s, x, column), load(s, y, column), load(s, z, column)], out)
             };
             if valid != 0xffff {
-                for sample in 0..BLOCK {
-                    if valid >> sample & 1 == 0
-                        && let Some(m) =
-                            layout.index_in_row(first + column, sample).and_then(|i| mask.get_mut(i))
-                    {
-                        *m = NONE;
-                    }
-                }
+                layout.mark(mask, first + column, !valid & layout.inside(first + column), NONE);
             }
         }
     }
@@ -335,7 +337,7 @@ fn loosen<S: Simd>(
 ) {
     for i in bits(mask) {
         let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
-        add_loose(out, pass.tiles.find(face, at[0], at[1]), block, i, at);
+        add_loose(pass, out, pass.tiles.find(face, at[0], at[1]), block, i, at);
     }
 }
 
@@ -347,7 +349,7 @@ fn scatter(pass: &Pass<'_>, block: usize, mask: u16, out: &mut Gathered) {
         match direction(pass.positions[index], pass.light) {
             Some((face, at)) if pass.tiles.grids[face].root != NOTHING => {
                 let tile = pass.tiles.find(face, at[0], at[1]);
-                add_loose(out, tile, block, i, at);
+                add_loose(pass, out, tile, block, i, at);
             }
             // No point of the face was seen when the tiles were chosen, or there is no direction.
             _ => out.wild.push((block * BLOCK + i) as u32),
@@ -355,10 +357,11 @@ fn scatter(pass: &Pass<'_>, block: usize, mask: u16, out: &mut Gathered) {
     }
 }
 
-fn add_loose(out: &mut Gathered, tile: u32, block: usize, sample: usize, at: [f32; 3]) {
+fn add_loose(pass: &Pass<'_>, out: &mut Gathered, tile: u32, block: usize, sample: usize, at: [f32; 3]) {
+    let Some(index) = pass.layout.index(block, sample) else { return };
     let bounds = &mut out.regions[tile as usize];
     *bounds = bounds.union(&Region { lo: at, hi: at });
-    out.loose.push(tile, (block * BLOCK + sample) as u32);
+    out.loose.push(tile, Loose { at: pass.positions[index], slot: (block * BLOCK + sample) as u32 });
 }
 
 /// Face, and x, y, r of a sample; `None` where f32 cannot hold them.

@@ -39,6 +39,7 @@ use rayon::prelude::*;
 use self::frame::FACES;
 use self::grid::{NOTHING, Point, Tiles};
 use self::layout::{BLOCK, Layout};
+use self::tuning::EVERY;
 use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
 use crate::Isa;
 use crate::mask::SHADOWED;
@@ -187,13 +188,14 @@ impl Method for LightTiles {
 impl LightTiles {
     /// Stage 1. Returns the depth band of each face.
     fn choose_tiles(&mut self, layout: &Layout, positions: &[[f32; 3]], light: [f32; 3]) -> [f32; FACES] {
-        self.points.resize(layout.blocks(), Point { face: NOTHING, at: [0.0; 2] });
+        let columns = layout.columns.div_ceil(EVERY);
+        self.points.resize(columns * layout.rows.div_ceil(EVERY), Point { face: NOTHING, at: [0.0; 2] });
         let empty = [Region::EMPTY; FACES];
         let bounds = self
             .points
-            .par_chunks_mut(layout.columns.max(1))
+            .par_chunks_mut(columns.max(1))
             .enumerate()
-            .map(|(row, points)| leaves::look(layout, positions, light, row, points))
+            .map(|(row, points)| leaves::look(layout, positions, light, EVERY * row, points))
             .reduce(|| empty, |a, b| std::array::from_fn(|f| a[f].union(&b[f])));
         self.tiles.choose(&self.points, &bounds);
         bounds.map(|b| if b.hi[2] > 0.0 { tuning::DEPTH_BAND * (1.0 - b.lo[2] / b.hi[2]) } else { 0.0 })
@@ -310,7 +312,7 @@ impl LightTiles {
             for column in 0..layout.columns {
                 let word = words[row * layout.columns + column].load(Relaxed);
                 if word != 0 {
-                    layout.mark(mask, column, word);
+                    layout.mark(mask, column, word, SHADOWED);
                 }
             }
         });

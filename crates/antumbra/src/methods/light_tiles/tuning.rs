@@ -1,11 +1,19 @@
 //! Numbers that are neither right nor wrong; the mask does not depend on them.
 
-/// Blocks of 16 samples in a tile. 128 and 256 cost the same on the whole (hair likes smaller tiles, statues larger ones); 64 costs a
-/// fifth more on interiors, where large blocks near the light straddle small tiles.
-pub(super) const TILE_BLOCKS: u32 = 192;
+/// Tiles are chosen from one sample of every so many blocks, each way.
+pub(super) const EVERY: usize = 2;
 
-/// A cell of the finest level with more blocks than this gets a grid of its own.
-pub(super) const CROWDED: u32 = 4 * TILE_BLOCKS;
+/// Such points in a tile: 192 blocks of 16 samples. 128 and 256 blocks cost the same on the whole (hair likes smaller tiles,
+/// statues larger ones); 64 cost a fifth more on interiors, where large blocks near the light straddle small tiles.
+pub(super) const TILE_POINTS: u32 = 48;
+
+/// Fewer where the samples are few, so that there are some 256 tiles: for the threads to share, and because few samples of
+/// many triangles are best kept apart.
+pub(super) const TILES: u32 = 256;
+pub(super) const LEAST_POINTS: u32 = 6;
+
+/// A cell of the finest level with so many times the points of a tile gets a grid of its own.
+pub(super) const CROWDED: u32 = 4;
 
 /// Levels of the grid of a face at most, even: 256 x 256 cells. Fewer merge tiles that belong apart where samples are spread
 /// unevenly; two more cost 5 ms to clear and to sum.

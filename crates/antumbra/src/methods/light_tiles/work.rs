@@ -13,7 +13,7 @@ use super::boxes::Boxes;
 use super::frame::Frame;
 use super::grid::{PLACES, Tiles};
 use super::layout::{BLOCK, Layout};
-use super::leaves::{Gathered, Leaf, direction};
+use super::leaves::{Gathered, Leaf, Loose, direction};
 use super::prefetch::prefetch;
 use super::tuning::GROUP;
 use crate::methods::leaf::LeafCounts;
@@ -106,6 +106,7 @@ const AHEAD: usize = 3;
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     at: [f32; 3],
+    world: [f32; 3],
     slot: u32,
     key: u16,
 }
@@ -213,19 +214,18 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
                 }
             }
         });
-        worker.loose.each(tile, |numbers| {
-            for &slot in numbers {
+        worker.loose.each(tile, |samples| {
+            for &Loose { at: world, slot } in samples {
                 let (block, sample) = (slot as usize / BLOCK, slot as usize % BLOCK);
                 if pass.again && pass.words[block].load(Relaxed) >> sample & 1 == 1 {
                     continue;
                 }
-                let Some(i) = pass.layout.index(block, sample) else { continue };
-                let Some((_, at)) = direction(pass.positions[i], pass.light) else { continue };
+                let Some((_, at)) = direction(world, pass.light) else { continue };
                 // Two bits of depth over four bits each of a curve through the directions.
                 let (x, y) = (step(0, at[0], 16.0), step(1, at[1], 16.0));
                 let spread = |v: u16| (v & 1) | (v & 2) << 1 | (v & 4) << 2 | (v & 8) << 3;
                 let key = step(2, at[2], 4.0) << 8 | spread(y) << 1 | spread(x);
-                slots.push(Slot { at, slot, key });
+                slots.push(Slot { at, world, slot, key });
             }
         });
     }
@@ -525,13 +525,9 @@ fn load(pass: &Pass<'_>, slots: &[Slot], leaf: &Work, frame: &Frame, points: &mu
     } else {
         let first = (leaf.block & !LOOSE) as usize;
         for (i, slot) in slots[first..].iter().take(BLOCK).enumerate() {
-            let (block, sample) = (slot.slot as usize / BLOCK, slot.slot as usize % BLOCK);
-            if let Some(at) = pass.layout.index(block, sample) {
-                let p = frame.turn(pass.positions[at]);
-                for k in 0..3 {
-                    points.at[k][i] = p[k];
-                }
-            }
+            points.at[0][i] = slot.world[u];
+            points.at[1][i] = slot.world[v];
+            points.at[2][i] = slot.world[w] * sign;
         }
     }
 }
