@@ -65,16 +65,6 @@ impl Layout {
         (i < self.len).then_some(i)
     }
 
-    /// The same within the samples of a row of blocks.
-    #[inline(always)]
-    pub(super) fn index_in_row(&self, column: usize, sample: usize) -> Option<usize> {
-        if self.is_list {
-            return Some(column * BLOCK + sample);
-        }
-        let x = 4 * column + sample % 4;
-        (x < self.width).then(|| sample / 4 * self.width + x)
-    }
-
     /// Which samples of a block lie within the columns of the picture; bits.
     #[inline(always)]
     pub(super) fn inside(&self, column: usize) -> u16 {
