@@ -352,7 +352,10 @@ impl LightTiles {
         for worker in &self.scratch {
             counts.add(&worker.counts.leaf);
         }
-        counts.report(stats);
+        stats.counter("leaf_tests", counts.leaf_tests);
+        stats.counter("filter_f32_sure", counts.leaf_tests - counts.filter_f64);
+        stats.counter("filter_f64", counts.filter_f64);
+        stats.counter("filter_exact", counts.filter_exact);
     }
 }
 
