@@ -234,7 +234,7 @@ pub struct Work {
 /// What `auto` picks for some work: the name of an exact method.
 ///
 /// `light-tiles`, unless the scene stays for several masks of few samples: then `ray-cast` with its hierarchy kept
-/// ([`RayCast::keep`]) need not read every triangle for every mask. `docs/methods/light-tiles.md` has the measurement.
+/// ([`RayCast::keep`]) need not read every triangle for every mask. Where the border lies is a guess from what each reads, not yet measured.
 pub fn pick(work: &Work) -> &'static str {
     if work.masks_a_scene >= 4 && work.samples < work.triangles / 4 { "ray-cast" } else { AUTO }
 }

@@ -1,8 +1,8 @@
-//! Tiles: cells of directions around the light that hold about a thousand samples each.
+//! Tiles: cells of directions around the light that hold some 3,000 samples each.
 //!
 //! Each face of the cube has a grid, fitted to the directions of its samples. A quadtree over its cells, counted from one
 //! sample in every fourth block, says where a tile is large and where it is small. A cell that is crowded even at the finest level gets a
-//! grid of its own, fitted again: clumps of samples thousands of times narrower than the face cost nothing extra.
+//! grid of its own, fitted again: clumps of samples thousands of times narrower than the face are parted all the same.
 //!
 //! Tiles are also the leaves of a tree of [`Node`]s, 16 children each, which large triangles descend.
 

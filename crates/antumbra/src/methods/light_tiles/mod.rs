@@ -3,7 +3,7 @@
 //! Ours. It descends from the irregular z-buffer (Johnson et al. 2005; `ofts`) and from tiled rasterisation, with what
 //! exactness needs.
 //!
-//! 1. [`grid`]: cells of directions around the light are gathered to tiles of about a thousand samples each.
+//! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 samples each, fewer where samples are few.
 //! 2. [`leaves`]: blocks of 4 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: a tile's triangles are prepared once and tested against groups of leaves, leaves, and samples.
@@ -70,7 +70,7 @@ struct Wild {
     mask: Vec<u8>,
 }
 
-/// List entries that all workers together may hold before the tiles are worked off: 256 MiB.
+/// List entries that all workers together may hold before the tiles are worked off: 512 MiB.
 const CAPACITY: usize = 1 << 26;
 
 impl LightTiles {
@@ -79,7 +79,7 @@ impl LightTiles {
         LightTiles::with_capacity(options, CAPACITY)
     }
 
-    /// With room for about `entries` list entries (pairs of triangle and tile, 4 bytes each); what does not fit is done in rounds.
+    /// With room for about `entries` list entries (pairs of triangle and tile, 8 bytes each); what does not fit is done in rounds.
     pub fn with_capacity(options: &Options, entries: usize) -> LightTiles {
         LightTiles {
             isa: options.isa,
