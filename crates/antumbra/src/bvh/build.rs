@@ -216,7 +216,13 @@ fn sort_by_code(triangles: &[Triangle], items: &mut Vec<Item>) {
     items.truncate(visible);
 }
 
-/// Where to cut `start..end` (at least two items): at the highest bit that differs, else in the middle.
+/// Cuts of ranges of up to so many items are moved by up to `NUDGE` items, if that makes the first part a whole number of
+/// leaves. With the parts put together again in [`cut_eight`] that fills 6.2 of 8 lanes in Sponza, instead of 5.4; the leaves'
+/// surface, all together, grows by 8 %.
+const FEW: usize = 24;
+const NUDGE: usize = 3;
+
+/// Where to cut `start..end` (at least two items): at the highest bit that differs, or near it, else in the middle.
 #[inline(always)]
 fn cut(items: &[Item], start: usize, end: usize) -> usize {
     let (first, last) = (items[start].code, items[end - 1].code);
@@ -225,10 +231,14 @@ fn cut(items: &[Item], start: usize, end: usize) -> usize {
         return start.midpoint(end);
     }
     let bit = 1 << (31 - differing.leading_zeros());
-    start + items[start..end].partition_point(|item| item.code & bit == 0)
+    let first = items[start..end].partition_point(|item| item.code & bit == 0);
+    let whole = (first + WIDTH / 2) / WIDTH * WIDTH;
+    let nudge = end - start <= FEW && first.abs_diff(whole) <= NUDGE && (1..end - start).contains(&whole);
+    start + if nudge { whole } else { first }
 }
 
-/// Cuts `start..end` into up to eight parts, always the largest first. Returns how many.
+/// Cuts `start..end` into up to eight parts, always the largest first; neighbours that fit into one leaf become one part
+/// again. Returns how many.
 #[inline(always)]
 fn cut_eight(
     items: &[Item],
@@ -255,7 +265,17 @@ fn cut_eight(
         parts[count] = (middle, e);
         count += 1;
     }
-    count
+    parts[..count].sort_unstable();
+    let mut kept = 0;
+    for i in 1..count {
+        if parts[i].1 - parts[kept].0 <= leaf {
+            parts[kept].1 = parts[i].1;
+        } else {
+            kept += 1;
+            parts[kept] = parts[i];
+        }
+    }
+    kept + 1
 }
 
 /// Plans the nodes above the ranges that tasks build.
@@ -312,12 +332,14 @@ impl Builder<'_> {
 
     fn leaf(&mut self, start: usize, end: usize) -> (Ref, Bounds) {
         let mut block = TriangleBlock { corner: [[[0.0; WIDTH]; 3]; 3] };
-        let mut id = [0; WIDTH];
+        let mut id = [Leaf::NONE; WIDTH];
         let mut bounds = Bounds::EMPTY;
         for lane in 0..WIDTH {
             let item = self.items[(start + lane).min(end - 1)];
             let t = &self.triangles[item.triangle as usize];
-            id[lane] = item.triangle;
+            if start + lane < end {
+                id[lane] = item.triangle;
+            }
             for corner in 0..3 {
                 bounds.add(t[corner]);
                 for axis in 0..3 {
@@ -326,27 +348,26 @@ impl Builder<'_> {
             }
         }
         let index = self.arena.leaves.len();
-        self.arena.leaves.push(Leaf { block, id, count: (end - start) as u32 });
+        self.arena.leaves.push(Leaf { block, id });
         (Ref(Ref::LEAF | self.base | index as u32), bounds)
     }
 }
 
 impl Node {
     const EMPTY: Node =
-        Node { lo: [[0.0; WIDTH]; 3], hi: [[0.0; WIDTH]; 3], child: [Ref(0); WIDTH], count: 0 };
+        Node { lo: [[0.0; WIDTH]; 3], hi: [[0.0; WIDTH]; 3], child: [Ref::NONE; WIDTH] };
 
     fn push(&mut self, child: Ref, bounds: Bounds) {
-        let lane = self.count as usize;
+        let lane = self.live().count_ones() as usize;
         for k in 0..3 {
             self.lo[k][lane] = bounds.lo[k];
             self.hi[k][lane] = bounds.hi[k];
         }
         self.child[lane] = child;
-        self.count += 1;
     }
 
     fn fill_unused(&mut self) {
-        for lane in self.count as usize..WIDTH {
+        for lane in self.live().count_ones() as usize..WIDTH {
             for k in 0..3 {
                 self.lo[k][lane] = self.lo[k][0];
                 self.hi[k][lane] = self.hi[k][0];

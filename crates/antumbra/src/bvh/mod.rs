@@ -16,26 +16,40 @@ use antumbra_predicates::TriangleBlock;
 /// Triangles in a leaf at most, children of a node at most: one lane each.
 pub(crate) const WIDTH: usize = 8;
 
-/// Eight boxes, lane by lane; unused lanes repeat a used one.
+/// Eight boxes, lane by lane. In unused lanes the box repeats a used one, and the child is [`Ref::NONE`].
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
+#[repr(C, align(32))]
 pub(crate) struct Node {
     pub(crate) lo: [[f32; WIDTH]; 3],
     pub(crate) hi: [[f32; WIDTH]; 3],
     pub(crate) child: [Ref; WIDTH],
-    /// Used lanes.
-    pub(crate) count: u32,
 }
 
-/// Up to eight triangles; unused lanes repeat a used one.
+/// Up to eight triangles. Unused lanes repeat a used one, but for the number.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
     pub(crate) block: TriangleBlock,
-    /// Indices into the soup.
+    /// Indices into the soup, [`Leaf::NONE`] in unused lanes.
     pub(crate) id: [u32; WIDTH],
-    /// Used lanes.
-    pub(crate) count: u32,
+}
+
+impl Leaf {
+    const NONE: u32 = u32::MAX;
+
+    /// Used lanes; bits.
+    #[inline(always)]
+    pub(crate) fn live(&self) -> u8 {
+        (0..WIDTH).fold(0, |live, i| live | u8::from(self.id[i] != Leaf::NONE) << i)
+    }
+}
+
+impl Node {
+    /// Used lanes; bits.
+    #[inline(always)]
+    pub(crate) fn live(&self) -> u32 {
+        (0..WIDTH).fold(0, |live, i| live | u32::from(self.child[i] != Ref::NONE) << i)
+    }
 }
 
 /// Points at a node or a leaf: top bit "leaf", then arena, then place in the arena.
@@ -44,6 +58,8 @@ pub(crate) struct Ref(u32);
 
 impl Ref {
     const LEAF: u32 = 1 << 31;
+    /// Points nowhere.
+    const NONE: Ref = Ref(u32::MAX);
 
     pub(crate) fn is_leaf(self) -> bool {
         self.0 & Ref::LEAF != 0

@@ -144,7 +144,7 @@ impl Cone {
     /// of floats have the right sign. Quotients under 2^-126 vanish: an absolute 2^-100 covers them.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(&self, s: S, node: &Node, limit: f32) -> (u32, f32x8<S>) {
-        let used = (1u32 << node.count) - 1;
+        let used = node.live();
         let zero = f32x8::splat(s, 0.0);
         if self.wild {
             return (used, zero);

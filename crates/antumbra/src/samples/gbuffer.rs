@@ -220,7 +220,7 @@ impl Visitor for Nearest<'_> {
 
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, s: S, leaf: &Leaf) -> bool {
-        let live = ((1u32 << leaf.count) - 1) as u8;
+        let live = leaf.live();
         let verdict = leaf.block.against(s, live, self.eye, &self.cone.group, &mut self.coefficients);
         let mut maybe = verdict.maybe;
         let mut changed = false;

@@ -245,9 +245,9 @@ impl Visitor for AnyHit<'_> {
 
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, s: S, leaf: &Leaf) -> bool {
-        let live = ((1u32 << leaf.count) - 1) as u8;
+        let live = leaf.live();
         let verdict = leaf.block.against(s, live, self.light, &self.cone.group, &mut self.coefficients);
-        self.counts.setups += u64::from(leaf.count);
+        self.counts.setups += u64::from(live.count_ones());
         if verdict.covers != 0 {
             self.alive = 0;
             return true;
