@@ -354,8 +354,7 @@ impl Builder<'_> {
 }
 
 impl Node {
-    const EMPTY: Node =
-        Node { lo: [[0.0; WIDTH]; 3], hi: [[0.0; WIDTH]; 3], child: [Ref::NONE; WIDTH] };
+    const EMPTY: Node = Node { lo: [[0.0; WIDTH]; 3], hi: [[0.0; WIDTH]; 3], child: [Ref::NONE; WIDTH] };
 
     fn push(&mut self, child: Ref, bounds: Bounds) {
         let lane = self.live().count_ones() as usize;

@@ -1,5 +1,7 @@
 //! The six faces of a cube around the light, each with a frame of its own: axes permuted, one perhaps negated.
 
+use fearless_simd::{Simd, f32x8};
+
 /// Faces of the cube.
 pub(super) const FACES: usize = 6;
 
@@ -17,6 +19,17 @@ impl Frame {
     #[inline(always)]
     pub(super) fn of(face: usize) -> Frame {
         Frame { axis: AXES[face / 2], sign: if face.is_multiple_of(2) { 1.0 } else { -1.0 } }
+    }
+
+    /// Sixteen points in the frame. Exact.
+    #[inline(always)]
+    pub(super) fn turn_sixteen<S: Simd>(&self, [x, y, z]: [[f32x8<S>; 2]; 3]) -> [[f32x8<S>; 2]; 3] {
+        let (u, v, w) = match self.axis[2] {
+            0 => (y, z, x),
+            1 => (x, z, y),
+            _ => (x, y, z),
+        };
+        [u, v, [w[0] * self.sign, w[1] * self.sign]]
     }
 
     /// A point or vector in the frame. Exact.

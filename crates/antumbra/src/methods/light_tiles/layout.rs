@@ -1,5 +1,7 @@
 //! Blocks of 16 samples: 4 x 4 pixels of a picture, or 16 in a row of a list.
 
+use fearless_simd::{Simd, SimdBase, f32x4, f32x8};
+
 /// Samples of a block.
 pub(super) const BLOCK: usize = 16;
 
@@ -50,8 +52,9 @@ impl Layout {
         if self.is_list {
             return (block * BLOCK, 4);
         }
-        let (row, column) = (block / self.columns, block % self.columns);
-        (4 * row * self.width + 4 * column, self.width)
+        // Halves of the width divide in half the time.
+        let (row, column) = (block as u32 / self.columns as u32, block as u32 % self.columns as u32);
+        (4 * row as usize * self.width + 4 * column as usize, self.width)
     }
 
     /// The index of a sample of a block, if it is in the picture.
@@ -91,27 +94,54 @@ impl Layout {
         }
     }
 
-    /// Line `y` (of four) of `count` blocks of a row of a picture, coordinates apart: NaN outside the picture.
+    /// The samples of a block, coordinates apart: rows 0 and 1, rows 2 and 3. Outside the picture they are NaN.
     #[inline(always)]
-    pub(super) fn load(
-        &self,
-        positions: &[[f32; 3]],
-        row: usize,
-        first: usize,
-        count: usize,
-        y: usize,
-        out: [&mut [f32]; 3],
-    ) {
-        let [xs, ys, zs] = out;
-        let (xs, ys, zs) = (&mut xs[..4 * count], &mut ys[..4 * count], &mut zs[..4 * count]);
-        let start = ((4 * row + y) * self.width + 4 * first).min(self.len);
-        let end = ((4 * row + y) * self.width + self.width.min(4 * (first + count))).min(self.len);
-        let line = positions.get(start..end).unwrap_or(&[]);
-        for (((p, x), y), z) in line.iter().zip(&mut *xs).zip(&mut *ys).zip(&mut *zs) {
-            (*x, *y, *z) = (p[0], p[1], p[2]);
+    pub(super) fn load<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> [[f32x8<S>; 2]; 3] {
+        let (start, line) = self.corner(block);
+        let flat = positions.as_flattened();
+        let row = |y: usize| flat.get(3 * (start + y * line)..).and_then(|f| f.first_chunk());
+        if self.is_list || 4 * (block as u32 % self.columns as u32) as usize + 4 <= self.width {
+            // Short at the very end of the samples.
+            if let (Some(a), Some(b), Some(c), Some(d)) = (row(0), row(1), row(2), row(3)) {
+                let (a, b, c, d) = (apart(s, a), apart(s, b), apart(s, c), apart(s, d));
+                return [
+                    [s.combine_f32x4(a[0], b[0]), s.combine_f32x4(c[0], d[0])],
+                    [s.combine_f32x4(a[1], b[1]), s.combine_f32x4(c[1], d[1])],
+                    [s.combine_f32x4(a[2], b[2]), s.combine_f32x4(c[2], d[2])],
+                ];
+            }
         }
-        for out in [xs, ys, zs] {
-            out[line.len()..].fill(f32::NAN);
-        }
+        let at = self.load_border(positions, block);
+        let [x, y, z] = &at;
+        [halves(s, x), halves(s, y), halves(s, z)]
     }
+
+    #[inline(never)]
+    fn load_border(&self, positions: &[[f32; 3]], block: usize) -> [[f32; BLOCK]; 3] {
+        let mut at = [[f32::NAN; BLOCK]; 3];
+        for i in 0..BLOCK {
+            if let Some(p) = self.index(block, i).map(|i| positions[i]) {
+                (at[0][i], at[1][i], at[2][i]) = (p[0], p[1], p[2]);
+            }
+        }
+        at
+    }
+}
+
+/// Four points, coordinates apart. One number more is read than they have.
+#[inline(always)]
+fn apart<S: Simd>(s: S, points: &[f32; 13]) -> [f32x4<S>; 3] {
+    let a = f32x4::from_slice(s, &points[0..4]);
+    let b = f32x4::from_slice(s, &points[3..7]);
+    let c = f32x4::from_slice(s, &points[6..10]);
+    let d = f32x4::from_slice(s, &points[9..13]);
+    let (ac, bd) = (s.zip_low_f32x4(a, c), s.zip_low_f32x4(b, d));
+    let z = s.zip_low_f32x4(s.zip_high_f32x4(a, c), s.zip_high_f32x4(b, d));
+    [s.zip_low_f32x4(ac, bd), s.zip_high_f32x4(ac, bd), z]
+}
+
+/// Sixteen numbers as two vectors.
+#[inline(always)]
+pub(super) fn halves<S: Simd>(s: S, v: &[f32; BLOCK]) -> [f32x8<S>; 2] {
+    [f32x8::from_slice(s, &v[..8]), f32x8::from_slice(s, &v[8..])]
 }

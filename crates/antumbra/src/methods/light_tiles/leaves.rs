@@ -5,7 +5,7 @@
 
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8};
 
 use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
@@ -51,7 +51,6 @@ pub(super) struct Gathered {
     pub(super) regions: Vec<Region>,
     /// A coordinate was infinite.
     pub(super) broken: bool,
-    strip: Strip,
 }
 
 impl Gathered {
@@ -101,61 +100,24 @@ pub(super) struct Pass<'a> {
     pub(super) band: [f32; FACES],
 }
 
-/// Samples of 4 rows, coordinates apart.
-#[derive(Debug)]
-struct Strip {
-    at: [[[f32; STRIP]; 4]; 3],
-}
-
-/// Pixels of a strip: 12 KiB of coordinates, in the first cache.
-const STRIP: usize = 256;
-
-impl Default for Strip {
-    fn default() -> Strip {
-        Strip { at: [[[0.0; STRIP]; 4]; 3] }
-    }
-}
-
 /// A row of blocks: fills `mask` (the samples of the row) with "lit" or "none" and sorts the samples into tiles.
 #[inline(always)]
 pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8], out: &mut Gathered) {
     let layout = pass.layout;
     mask.fill(LIT);
-    let mut strip = std::mem::take(&mut out.strip);
-    let columns_a_strip = STRIP / 4;
-    for first in (0..layout.columns).step_by(columns_a_strip) {
-        let count = columns_a_strip.min(layout.columns - first);
-        for y in 0..if layout.is_list { 0 } else { 4 } {
-            let [xs, ys, zs] = &mut strip.at;
-            layout.load(pass.positions, row, first, count, y, [&mut xs[y], &mut ys[y], &mut zs[y]]);
-        }
-        for column in 0..count {
-            let block = row * layout.columns + first + column;
-            let valid = if layout.is_list {
-                let valid = exist(pass, block, out);
-                scatter(pass, block, valid, out);
-                valid
-            } else {
-                let [x, y, z] = &strip.at;
-                block_of(s, pass, block, [load(s, x, column), load(s, y, column), load(s, z, column)], out)
-            };
-            if valid != 0xffff {
-                layout.mark(mask, first + column, !valid & layout.inside(first + column), NONE);
-            }
+    for column in 0..layout.columns {
+        let block = row * layout.columns + column;
+        let valid = if layout.is_list {
+            let valid = exist(pass, block, out);
+            scatter(pass, block, valid, out);
+            valid
+        } else {
+            block_of(s, pass, block, layout.load(s, pass.positions, block), out)
+        };
+        if valid != 0xffff {
+            layout.mark(mask, column, !valid & layout.inside(column), NONE);
         }
     }
-    out.strip = strip;
-}
-
-/// Column `column` of a strip: rows 0 and 1, rows 2 and 3.
-#[inline(always)]
-fn load<S: Simd>(s: S, at: &[[f32; STRIP]; 4], column: usize) -> [f32x8<S>; 2] {
-    let range = 4 * column..4 * column + 4;
-    let [a, b, c, d] = [&at[0][range.clone()], &at[1][range.clone()], &at[2][range.clone()], &at[3][range]];
-    [
-        s.combine_f32x4(f32x4::from_slice(s, a), f32x4::from_slice(s, b)),
-        s.combine_f32x4(f32x4::from_slice(s, c), f32x4::from_slice(s, d)),
-    ]
 }
 
 #[inline(always)]

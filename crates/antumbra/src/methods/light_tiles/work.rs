@@ -12,7 +12,7 @@ use super::bin::{Binned, Entry, LARGE};
 use super::boxes::Boxes;
 use super::frame::Frame;
 use super::grid::{PLACES, Tiles};
-use super::layout::{BLOCK, Layout};
+use super::layout::{BLOCK, Layout, halves};
 use super::leaves::{Gathered, Leaf, Loose, direction};
 use super::prefetch::prefetch;
 use super::tuning::GROUP;
@@ -61,8 +61,8 @@ pub(super) struct Counts {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) counts: Counts,
-    entries: Vec<Entry>,
-    ids: Vec<Entry>,
+    entries: Vec<Keyed>,
+    ids: Vec<u32>,
     /// The first `used` are those of the tile.
     blocks: Vec<Prepared>,
     used: usize,
@@ -75,7 +75,6 @@ pub(super) struct Scratch {
     slots: Vec<Slot>,
     slots_sorted: Vec<Slot>,
     live: Vec<(u32, u8)>,
-    points: Vec<Points>,
     open: Vec<Open>,
 }
 
@@ -111,11 +110,11 @@ struct Slot {
     key: u16,
 }
 
-/// Coordinates of a leaf in the frame of the face.
+/// A triangle of the tile, and where it goes: large ones first, then by place in the tile.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
-struct Points {
-    at: [[f32; BLOCK]; 3],
+struct Keyed {
+    id: u32,
+    key: u16,
 }
 
 /// A triangle and the samples of a leaf for which f32 was not enough.
@@ -153,8 +152,9 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     let covered = pass.covered[tile].load(Relaxed);
     scratch.entries.clear();
     if !covered {
+        let place = Place::of(pass.tiles, tile);
         for worker in pass.binned {
-            worker.ids.each(tile, |entries| scratch.entries.extend_from_slice(entries));
+            worker.ids.each(tile, |entries| scratch.entries.extend(entries.iter().map(|e| place.key(e))));
         }
         if scratch.entries.is_empty() {
             return;
@@ -229,7 +229,7 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
             }
         });
     }
-    counting_sort::<_, 1024>(slots, slots_sorted, |s| s.key);
+    counting_sort::<_, _, 1024>(slots, slots_sorted, |s| s.key, |s| *s);
     for (i, sixteen) in slots_sorted.chunks(BLOCK).enumerate() {
         let mut region = Region::EMPTY;
         for slot in sixteen {
@@ -240,21 +240,26 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
         let mask = (0xffff_u32 >> (BLOCK - sixteen.len())) as u16;
         sorted.push(Work { region, block: LOOSE | (i * BLOCK) as u32, mask, key });
     }
-    counting_sort::<_, 64>(sorted, leaves, |w| w.key);
+    counting_sort::<_, _, 64>(sorted, leaves, |w| w.key, |w| *w);
     counts.leaves += leaves.len() as u64;
 }
 
-/// Sorts `from` into `to` by a small key.
+/// Puts what `get` gives of `from` into `to`, sorted by a small key.
 #[inline(always)]
-fn counting_sort<T: Copy, const KEYS: usize>(from: &[T], to: &mut Vec<T>, key: impl Fn(&T) -> u16) {
+fn counting_sort<T, U: Copy, const KEYS: usize>(
+    from: &[T],
+    to: &mut Vec<U>,
+    key: impl Fn(&T) -> u16,
+    get: impl Fn(&T) -> U,
+) {
     to.clear();
-    let Some(&any) = from.first() else { return };
+    let Some(any) = from.first() else { return };
     if from.len() <= 8 {
         // One vector or group: nothing to part.
-        to.extend_from_slice(from);
+        to.extend(from.iter().map(get));
         return;
     }
-    to.resize(from.len(), any);
+    to.resize(from.len(), get(any));
     let mut start = [0u32; KEYS];
     for item in from {
         start[key(item) as usize] += 1;
@@ -265,8 +270,43 @@ fn counting_sort<T: Copy, const KEYS: usize>(from: &[T], to: &mut Vec<T>, key: i
     }
     for item in from {
         let at = &mut start[key(item) as usize];
-        to[*at as usize] = *item;
+        to[*at as usize] = get(item);
         *at += 1;
+    }
+}
+
+/// Keys of triangles within a tile.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    first: [u16; 2],
+    shift: u32,
+}
+
+/// Places of 8 x 8 parts of a tile (column, row times 8) along a curve.
+const CURVE: [u8; 64] = {
+    let mut curve = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        let (x, y) = (i % 8, i / 8);
+        curve[i] = ((x & 1) | (y & 1) << 1 | (x & 2) << 1 | (y & 2) << 2 | (x & 4) << 2 | (y & 4) << 3) as u8;
+        i += 1;
+    }
+    curve
+};
+
+impl Place {
+    fn of(tiles: &Tiles, tile: usize) -> Place {
+        let [x, _, y, _] = tiles.cells[tile];
+        Place { first: [x * PLACES as u16, y * PLACES as u16], shift: tiles.shift(tile) + 1 }
+    }
+
+    /// Large triangles first, they may cover all; then neighbours together, so that blocks of eight have narrow bounds.
+    #[inline(always)]
+    fn key(&self, e: &Entry) -> Keyed {
+        let [x, y] =
+            [0, 1].map(|k| usize::from((e.at[k].saturating_sub(self.first[k]) >> self.shift).min(7)));
+        let key = if e.at[0] == LARGE { 0 } else { 1 + u16::from(CURVE[y << 3 | x]) };
+        Keyed { id: e.id, key }
     }
 }
 
@@ -279,34 +319,21 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     let Scratch { entries, ids, blocks, used, hulls, counts, .. } = scratch;
     *used = 0;
     hulls.clear();
-    // Large triangles first, they may cover all; then neighbours together, so that blocks of eight have narrow bounds.
-    let [first_x, _, first_y, _] = pass.tiles.cells[tile];
-    let shift = pass.tiles.shift(tile);
-    counting_sort::<_, 128>(entries, ids, |e| {
-        if e.at[0] == LARGE {
-            return 0;
-        }
-        // Eighths of the tile.
-        let step = |at: u16, first: u16| {
-            ((u32::from(at).saturating_sub(u32::from(first) * PLACES)) >> (shift + 1)).min(7) as u16
-        };
-        let (x, y) = (step(e.at[0], first_x), step(e.at[1], first_y));
-        let spread = |v: u16| (v & 1) | (v & 2) << 1 | (v & 4) << 2;
-        1 + (spread(x) | spread(y) << 1)
-    });
+    counting_sort::<_, _, 128>(entries, ids, |e| e.key, |e| e.id);
     let Frame { axis, sign } = frame;
     let sign = [1.0, 1.0, sign];
-    for eight in ids.iter().take(8 * AHEAD) {
-        prefetch(pass.triangles, eight.id as usize);
+    for &id in ids.iter().take(8 * AHEAD) {
+        prefetch(pass.triangles, id as usize);
     }
     let mut ahead = ids.chunks(8).skip(AHEAD);
     for eight in ids.chunks(8) {
-        for entry in ahead.next().unwrap_or_default() {
-            prefetch(pass.triangles, entry.id as usize);
+        for &id in ahead.next().unwrap_or_default() {
+            prefetch(pass.triangles, id as usize);
         }
-        let mut at = [0; 8];
-        for (i, at) in at.iter_mut().enumerate() {
-            *at = eight[i.min(eight.len() - 1)].id as usize;
+        // Short at the end: the last repeats the first.
+        let mut at = [eight[0] as usize; 8];
+        for (at, &id) in at.iter_mut().zip(eight) {
+            *at = id as usize;
         }
         let t = pass.triangles;
         let [t0, t1, t2, t3, t4, t5, t6, t7] =
@@ -344,23 +371,19 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         *used += 1;
         counts.kept += u64::from(live.count_ones());
         prepared.live = live;
-        for (id, entry) in prepared.ids.iter_mut().zip(eight) {
-            *id = entry.id;
-        }
+        prepared.ids[..eight.len()].copy_from_slice(eight);
         hulls.push(prepared.block.hull(s, live));
         if verdict.covers & live != 0 {
             return true;
         }
     }
-    hulls.pad();
     false
 }
 
 /// Up to [`GROUP`] leaves.
 #[inline(always)]
 fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
-    let Scratch { blocks, used, hulls, leaves, slots_sorted, live, live_hulls, points, open, counts, .. } =
-        scratch;
+    let Scratch { blocks, used, hulls, leaves, slots_sorted, live, live_hulls, open, counts, .. } = scratch;
     let leaves = &leaves[range];
     let mut region = Region::EMPTY;
     for leaf in leaves {
@@ -393,16 +416,9 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
     if live.is_empty() {
         return;
     }
-    live_hulls.pad();
-    // Coordinates of all leaves first: what is written one by one is not read back at once.
     let frame = Frame::of(pass.tiles.face[tile] as usize);
-    points.resize(GROUP, Points { at: [[0.0; BLOCK]; 3] });
-    for (leaf, points) in leaves.iter().zip(points.iter_mut()) {
-        load(pass, slots_sorted, leaf, &frame, points);
-    }
-    for (leaf, points) in leaves.iter().zip(points.iter()) {
-        let [x, y, z] = &points.at;
-        let p = [halves(s, x), halves(s, y), halves(s, z)];
+    for leaf in leaves {
+        let p = frame.turn_sixteen(load(s, pass, slots_sorted, leaf));
         let mut alive = leaf.mask;
         open.clear();
         'blocks: for first in (0..live.len()).step_by(8) {
@@ -450,11 +466,6 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
     }
 }
 
-#[inline(always)]
-fn halves<S: Simd>(s: S, v: &[f32; BLOCK]) -> [f32x8<S>; 2] {
-    [f32x8::from_slice(s, &v[..8]), f32x8::from_slice(s, &v[8..])]
-}
-
 /// The samples of a leaf that an open triangle blocks: f64, then exact arithmetic.
 #[inline(never)]
 fn resolve<S: Simd>(
@@ -470,8 +481,7 @@ fn resolve<S: Simd>(
         #[inline(always)]
         || {
             let triangle = &pass.triangles[open.id as usize];
-            let mut points = Points { at: [[0.0; BLOCK]; 3] };
-            load(pass, slots, leaf, &Frame::of(4), &mut points);
+            let p = load(s, pass, slots, leaf);
             let mut blocked = 0;
             let mut hard = open.sides & alive;
             let plane = open.plane & alive;
@@ -483,9 +493,7 @@ fn resolve<S: Simd>(
                             continue;
                         }
                         counts.plane_f64 += 1;
-                        let [x, y, z] = &points.at;
-                        let p = [halves(s, x)[half], halves(s, y)[half], halves(s, z)[half]];
-                        let (beyond, unsure) = resolver.lanes(s, p);
+                        let (beyond, unsure) = resolver.lanes(s, [p[0][half], p[1][half], p[2][half]]);
                         blocked |= plane & u16::from(beyond) << (8 * half);
                         hard |= plane & u16::from(unsure) << (8 * half);
                     }
@@ -497,7 +505,8 @@ fn resolve<S: Simd>(
                 && let Some(resolver) = Resolver::new(triangle, pass.light)
             {
                 for i in (0..BLOCK).filter(|i| hard >> i & 1 == 1) {
-                    let (blocks, decided) = resolver.blocks([0, 1, 2].map(|k| points.at[k][i]));
+                    let (blocks, decided) =
+                        resolver.blocks([p[0][i / 8][i % 8], p[1][i / 8][i % 8], p[2][i / 8][i % 8]]);
                     counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
                     blocked |= u16::from(blocks) << i;
                 }
@@ -507,29 +516,19 @@ fn resolve<S: Simd>(
     )
 }
 
-/// Coordinates of a leaf's samples in a frame. What lanes without a sample hold does not matter.
+/// World coordinates of a leaf's samples. What lanes without a sample hold does not matter.
 #[inline(always)]
-fn load(pass: &Pass<'_>, slots: &[Slot], leaf: &Work, frame: &Frame, points: &mut Points) {
-    let Frame { axis: [u, v, w], sign } = *frame;
+fn load<S: Simd>(s: S, pass: &Pass<'_>, slots: &[Slot], leaf: &Work) -> [[f32x8<S>; 2]; 3] {
     if leaf.block & LOOSE == 0 {
-        let (start, line) = pass.layout.corner(leaf.block as usize);
-        for y in 0..4 {
-            // Short at the border: what lies outside is in no leaf's mask.
-            let from = (start + y * line).min(pass.positions.len());
-            for (x, p) in pass.positions[from..].iter().take(4).enumerate() {
-                points.at[0][4 * y + x] = p[u];
-                points.at[1][4 * y + x] = p[v];
-                points.at[2][4 * y + x] = p[w] * sign;
-            }
-        }
-    } else {
-        let first = (leaf.block & !LOOSE) as usize;
-        for (i, slot) in slots[first..].iter().take(BLOCK).enumerate() {
-            points.at[0][i] = slot.world[u];
-            points.at[1][i] = slot.world[v];
-            points.at[2][i] = slot.world[w] * sign;
-        }
+        return pass.layout.load(s, pass.positions, leaf.block as usize);
     }
+    let first = (leaf.block & !LOOSE) as usize;
+    let mut at = [[0.0; BLOCK]; 3];
+    for (i, slot) in slots[first..].iter().take(BLOCK).enumerate() {
+        (at[0][i], at[1][i], at[2][i]) = (slot.world[0], slot.world[1], slot.world[2]);
+    }
+    let [x, y, z] = &at;
+    [halves(s, x), halves(s, y), halves(s, z)]
 }
 
 /// Notes samples of a leaf that are in shadow.
