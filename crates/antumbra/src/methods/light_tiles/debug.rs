@@ -44,7 +44,7 @@ pub(super) fn draw(
         for worker in &method.gathered {
             worker.leaves.each(tile, |leaves| {
                 for leaf in leaves {
-                    let whole = leaf.mask == u16::MAX;
+                    let whole = leaf.mask == u32::MAX;
                     (0..BLOCK)
                         .filter(|i| leaf.mask >> i & 1 == 1)
                         .for_each(|i| put(leaf.block as usize, i, u8::from(!whole)));

@@ -21,15 +21,21 @@ impl Frame {
         Frame { axis: AXES[face / 2], sign: if face.is_multiple_of(2) { 1.0 } else { -1.0 } }
     }
 
-    /// Sixteen points in the frame. Exact.
+    /// Vectors of points in the frame. Exact.
     #[inline(always)]
-    pub(super) fn turn_sixteen<S: Simd>(&self, [x, y, z]: [[f32x8<S>; 2]; 3]) -> [[f32x8<S>; 2]; 3] {
-        let (u, v, w) = match self.axis[2] {
+    pub(super) fn turn_all<S: Simd, const V: usize>(
+        &self,
+        [x, y, z]: [[f32x8<S>; V]; 3],
+    ) -> [[f32x8<S>; V]; 3] {
+        let (u, v, mut w) = match self.axis[2] {
             0 => (y, z, x),
             1 => (x, z, y),
             _ => (x, y, z),
         };
-        [u, v, [w[0] * self.sign, w[1] * self.sign]]
+        for w in &mut w {
+            *w = *w * self.sign;
+        }
+        [u, v, w]
     }
 
     /// A point or vector in the frame. Exact.

@@ -1,9 +1,11 @@
-//! Blocks of 16 samples: 4 x 4 pixels of a picture, or 16 in a row of a list.
+//! Blocks of 32 samples: 8 x 4 pixels of a picture, or 32 in a row of a list.
 
 use fearless_simd::{Simd, SimdBase, f32x4, f32x8};
 
 /// Samples of a block.
-pub(super) const BLOCK: usize = 16;
+pub(super) const BLOCK: usize = 32;
+/// Samples of its left or right half, 4 x 4 pixels: numbers 0 to 15, or 16 to 31, row by row.
+pub(super) const HALF: usize = 16;
 
 /// Where the samples of a block are.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,7 +22,7 @@ pub(super) struct Layout {
 }
 
 /// Blocks a row of a list.
-const LIST_COLUMNS: usize = 256;
+const LIST_COLUMNS: usize = 128;
 
 impl Layout {
     /// Of `len` samples, `width` a row (a last row may be short).
@@ -32,7 +34,7 @@ impl Layout {
             return Layout { width, columns: LIST_COLUMNS, rows, is_list: true, len };
         }
         let rows = len.div_ceil(width).div_ceil(4);
-        Layout { width, columns: width.div_ceil(4), rows, is_list: false, len }
+        Layout { width, columns: width.div_ceil(8), rows, is_list: false, len }
     }
 
     /// Blocks in all.
@@ -52,68 +54,122 @@ impl Layout {
         if self.is_list {
             return (block * BLOCK, 4);
         }
-        // Halves of the width divide in half the time.
-        let (row, column) = (block as u32 / self.columns as u32, block as u32 % self.columns as u32);
-        (4 * row as usize * self.width + 4 * column as usize, self.width)
+        let (row, column) = self.place(block);
+        (4 * row * self.width + 8 * column, self.width)
+    }
+
+    /// Row and column of a block.
+    #[inline(always)]
+    fn place(&self, block: usize) -> (usize, usize) {
+        // Short numbers divide in half the time.
+        let (block, columns) = (block as u32, self.columns as u32);
+        ((block / columns) as usize, (block % columns) as usize)
     }
 
     /// The index of a sample of a block, if it is in the picture.
     #[inline(always)]
     pub(super) fn index(&self, block: usize, sample: usize) -> Option<usize> {
-        if !self.is_list && 4 * (block % self.columns) + sample % 4 >= self.width {
-            return None;
-        }
-        let (start, line) = self.corner(block);
-        let i = start + sample / 4 * line + sample % 4;
+        let i = if self.is_list {
+            block * BLOCK + sample
+        } else {
+            let (row, column) = self.place(block);
+            let (x, y) = (sample / HALF * 4 + sample % 4, sample % HALF / 4);
+            if 8 * column + x >= self.width {
+                return None;
+            }
+            (4 * row + y) * self.width + 8 * column + x
+        };
         (i < self.len).then_some(i)
     }
 
     /// Which samples of a block lie within the columns of the picture; bits.
     #[inline(always)]
-    pub(super) fn inside(&self, column: usize) -> u16 {
-        let left = self.width.saturating_sub(4 * column);
-        if self.is_list || left >= 4 { u16::MAX } else { 0x1111 * ((1 << left) - 1) }
+    pub(super) fn inside(&self, column: usize) -> u32 {
+        let columns = self.width.saturating_sub(8 * column);
+        if self.is_list || columns >= 8 {
+            return u32::MAX;
+        }
+        let half = |columns: usize| 0x1111 * ((1 << columns.min(4)) - 1);
+        half(columns) | half(columns.saturating_sub(4)) << HALF
     }
 
     /// Sets the bits of `value` for samples of a block in the mask of its row of blocks; `word` has one bit a sample, all of
     /// them within the picture's columns.
     #[inline(always)]
-    pub(super) fn mark(&self, mask: &mut [u8], column: usize, word: u16, value: u8) {
-        let (start, line) = if self.is_list { (column * BLOCK, 4) } else { (4 * column, self.width) };
+    pub(super) fn mark(&self, mask: &mut [u8], column: usize, word: u32, value: u8) {
         for y in 0..4 {
-            let four = u32::from(word >> (4 * y) & 0xf);
+            // Eight bits in a row: of both halves in a picture, one after the other in a list.
+            let (start, eight) = if self.is_list {
+                (column * BLOCK + 8 * y, word >> (8 * y) & 0xff)
+            } else {
+                (8 * column + y * self.width, word >> (4 * y) & 0xf | (word >> (HALF + 4 * y) & 0xf) << 4)
+            };
             // Bits 0 to 3 to the lowest bits of four bytes: copies 7 bits apart.
-            let spread = (((four * 0x0020_4081) & 0x0101_0101) * u32::from(value)).to_le_bytes();
-            if let Some(bytes) = mask.get_mut(start + y * line..).and_then(|m| m.first_chunk_mut::<4>()) {
-                *bytes = (u32::from_le_bytes(*bytes) | u32::from_le_bytes(spread)).to_le_bytes();
+            let spread = |four: u32| u64::from((four * 0x0020_4081) & 0x0101_0101);
+            let spread = (spread(eight & 0xf) | spread(eight >> 4) << 32) * u64::from(value);
+            if let Some(bytes) = mask.get_mut(start..).and_then(|m| m.first_chunk_mut::<8>()) {
+                *bytes = (u64::from_le_bytes(*bytes) | spread).to_le_bytes();
             } else {
                 // At the end of the mask; samples outside the picture have no bits.
-                let rest = mask.get_mut(start + y * line..).unwrap_or_default();
-                rest.iter_mut().zip(spread).for_each(|(m, s)| *m |= s);
+                let rest = mask.get_mut(start..).unwrap_or_default();
+                rest.iter_mut().zip(spread.to_le_bytes()).for_each(|(m, s)| *m |= s);
             }
         }
     }
 
-    /// The samples of a block, coordinates apart: rows 0 and 1, rows 2 and 3. Outside the picture they are NaN.
+    /// The samples of a block of a picture, coordinates apart: rows 0 and 1, rows 2 and 3 of the left half, then of the right.
+    /// Outside the picture they are NaN.
     #[inline(always)]
-    pub(super) fn load<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> [[f32x8<S>; 2]; 3] {
-        let (start, line) = self.corner(block);
-        let flat = positions.as_flattened();
-        let row = |y: usize| flat.get(3 * (start + y * line)..).and_then(|f| f.first_chunk());
-        if self.is_list || 4 * (block as u32 % self.columns as u32) as usize + 4 <= self.width {
-            // Short at the very end of the samples.
-            if let (Some(a), Some(b), Some(c), Some(d)) = (row(0), row(1), row(2), row(3)) {
-                let (a, b, c, d) = (apart(s, a), apart(s, b), apart(s, c), apart(s, d));
-                return [
-                    [s.combine_f32x4(a[0], b[0]), s.combine_f32x4(c[0], d[0])],
-                    [s.combine_f32x4(a[1], b[1]), s.combine_f32x4(c[1], d[1])],
-                    [s.combine_f32x4(a[2], b[2]), s.combine_f32x4(c[2], d[2])],
-                ];
-            }
+    pub(super) fn load<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> [[f32x8<S>; 4]; 3] {
+        if let Some([a, b, c, d]) = self.rows_of(positions, block) {
+            let left = [apart::<S, 0>(s, a), apart::<S, 0>(s, b), apart::<S, 0>(s, c), apart::<S, 0>(s, d)];
+            let right =
+                [apart::<S, 12>(s, a), apart::<S, 12>(s, b), apart::<S, 12>(s, c), apart::<S, 12>(s, d)];
+            let ([x, y, z], [x2, y2, z2]) = (pairs(s, left), pairs(s, right));
+            return [[x[0], x[1], x2[0], x2[1]], [y[0], y[1], y2[0], y2[1]], [z[0], z[1], z2[0], z2[1]]];
         }
         let at = self.load_border(positions, block);
-        let [x, y, z] = &at;
-        [halves(s, x), halves(s, y), halves(s, z)]
+        let (x, y, z) = (halves(s, &at[0][..HALF]), halves(s, &at[1][..HALF]), halves(s, &at[2][..HALF]));
+        let (x2, y2, z2) = (halves(s, &at[0][HALF..]), halves(s, &at[1][HALF..]), halves(s, &at[2][HALF..]));
+        [[x[0], x[1], x2[0], x2[1]], [y[0], y[1], y2[0], y2[1]], [z[0], z[1], z2[0], z2[1]]]
+    }
+
+    /// The same of one half.
+    #[inline(always)]
+    pub(super) fn load_half<S: Simd>(
+        &self,
+        s: S,
+        positions: &[[f32; 3]],
+        block: usize,
+        half: usize,
+    ) -> [[f32x8<S>; 2]; 3] {
+        match (self.rows_of(positions, block), half) {
+            (Some([a, b, c, d]), 0) => {
+                pairs(s, [apart::<S, 0>(s, a), apart::<S, 0>(s, b), apart::<S, 0>(s, c), apart::<S, 0>(s, d)])
+            }
+            (Some([a, b, c, d]), _) => pairs(
+                s,
+                [apart::<S, 12>(s, a), apart::<S, 12>(s, b), apart::<S, 12>(s, c), apart::<S, 12>(s, d)],
+            ),
+            _ => {
+                let at = self.load_border(positions, block);
+                let range = HALF * half..HALF * (half + 1);
+                [halves(s, &at[0][range.clone()]), halves(s, &at[1][range.clone()]), halves(s, &at[2][range])]
+            }
+        }
+    }
+
+    /// The coordinates of the four rows of a block, and one number more. `None` at the border.
+    #[inline(always)]
+    fn rows_of<'a>(&self, positions: &'a [[f32; 3]], block: usize) -> Option<[&'a [f32; 25]; 4]> {
+        let (row, column) = self.place(block);
+        if 8 * column + 8 > self.width {
+            return None;
+        }
+        let line = 3 * self.width;
+        let block = positions.as_flattened().get(4 * row * line + 24 * column..)?;
+        let last = block.get(3 * line..)?.first_chunk()?;
+        Some([block.first_chunk()?, block[line..].first_chunk()?, block[2 * line..].first_chunk()?, last])
     }
 
     #[inline(never)]
@@ -128,20 +184,30 @@ impl Layout {
     }
 }
 
-/// Four points, coordinates apart. One number more is read than they have.
+/// Four points from number `AT` on, coordinates apart. One number more is read than they have.
 #[inline(always)]
-fn apart<S: Simd>(s: S, points: &[f32; 13]) -> [f32x4<S>; 3] {
-    let a = f32x4::from_slice(s, &points[0..4]);
-    let b = f32x4::from_slice(s, &points[3..7]);
-    let c = f32x4::from_slice(s, &points[6..10]);
-    let d = f32x4::from_slice(s, &points[9..13]);
+fn apart<S: Simd, const AT: usize>(s: S, points: &[f32; 25]) -> [f32x4<S>; 3] {
+    let a = f32x4::from_slice(s, &points[AT..AT + 4]);
+    let b = f32x4::from_slice(s, &points[AT + 3..AT + 7]);
+    let c = f32x4::from_slice(s, &points[AT + 6..AT + 10]);
+    let d = f32x4::from_slice(s, &points[AT + 9..AT + 13]);
     let (ac, bd) = (s.zip_low_f32x4(a, c), s.zip_low_f32x4(b, d));
     let z = s.zip_low_f32x4(s.zip_high_f32x4(a, c), s.zip_high_f32x4(b, d));
     [s.zip_low_f32x4(ac, bd), s.zip_high_f32x4(ac, bd), z]
 }
 
+/// Two rows a vector.
+#[inline(always)]
+fn pairs<S: Simd>(s: S, [a, b, c, d]: [[f32x4<S>; 3]; 4]) -> [[f32x8<S>; 2]; 3] {
+    [
+        [s.combine_f32x4(a[0], b[0]), s.combine_f32x4(c[0], d[0])],
+        [s.combine_f32x4(a[1], b[1]), s.combine_f32x4(c[1], d[1])],
+        [s.combine_f32x4(a[2], b[2]), s.combine_f32x4(c[2], d[2])],
+    ]
+}
+
 /// Sixteen numbers as two vectors.
 #[inline(always)]
-pub(super) fn halves<S: Simd>(s: S, v: &[f32; BLOCK]) -> [f32x8<S>; 2] {
-    [f32x8::from_slice(s, &v[..8]), f32x8::from_slice(s, &v[8..])]
+pub(super) fn halves<S: Simd>(s: S, v: &[f32]) -> [f32x8<S>; 2] {
+    [f32x8::from_slice(s, &v[..8]), f32x8::from_slice(s, &v[8..HALF])]
 }

@@ -1,26 +1,36 @@
-//! The sample pass: blocks of 4 x 4 pixels become leaves of tiles.
+//! The sample pass: blocks of 8 x 4 pixels become leaves of tiles.
 //!
-//! Most blocks lie in one tile at one depth and become one leaf. Others are parted; those that would fall into many leaves,
-//! and all samples of a bare list, go to their tiles one by one ("loose"), where they are sorted.
+//! Most blocks lie in one tile at one depth and become one leaf. Of others, each half is one, or is parted; what would fall into
+//! many leaves, and all samples of a bare list, go to their tiles one by one ("loose"), where they are sorted.
 
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
-use super::layout::{BLOCK, Layout};
+use super::layout::{BLOCK, HALF, Layout};
 use super::lists::Lists;
-use super::tuning::{BLOCK_LEAVES, EVERY};
+use super::tuning::BLOCK_LEAVES;
 use crate::mask::{LIT, NONE};
 
-/// Up to 16 samples of one block that the light sees close together.
+/// Samples of one block that the light sees close together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
-    pub(super) region: Region,
+    /// Of those in the left half, of those in the right.
+    pub(super) regions: [Region; 2],
     pub(super) block: u32,
     /// One bit a sample of the block.
-    pub(super) mask: u16,
+    pub(super) mask: u32,
+}
+
+impl Leaf {
+    /// Samples of one half.
+    #[inline(always)]
+    fn of_half(block: usize, half: usize, region: Region, mask: u16) -> Leaf {
+        let regions = if half == 0 { [region, Region::EMPTY] } else { [Region::EMPTY, region] };
+        Leaf { regions, block: block as u32, mask: u32::from(mask) << (HALF * half) }
+    }
 }
 
 /// A sample on its own.
@@ -28,13 +38,13 @@ pub(super) struct Leaf {
 pub(super) struct Loose {
     /// World space: kept here, as neighbours in a tile are far apart in memory.
     pub(super) at: [f32; 3],
-    /// Block times 16 plus sample.
+    /// Block times 32 plus sample.
     pub(super) slot: u32,
 }
 
 impl Default for Leaf {
     fn default() -> Leaf {
-        Leaf { region: Region::EMPTY, block: 0, mask: 0 }
+        Leaf { regions: [Region::EMPTY; 2], block: 0, mask: 0 }
     }
 }
 
@@ -64,7 +74,7 @@ impl Gathered {
     }
 }
 
-/// One sample of every [`EVERY`]th block of a row of blocks, as seen from the light; and bounds by face.
+/// One sample of every block of a row of blocks, as seen from the light; and bounds by face.
 pub(super) fn look(
     layout: &Layout,
     positions: &[[f32; 3]],
@@ -75,7 +85,7 @@ pub(super) fn look(
     let mut bounds = [Region::EMPTY; FACES];
     for (column, point) in points.iter_mut().enumerate() {
         *point = Point { face: NOTHING, at: [0.0; 2] };
-        let (start, line) = layout.corner(row * layout.columns + EVERY * column);
+        let (start, line) = layout.corner(row * layout.columns + column);
         // One from the middle, else a corner. Others do not matter: points only say where tiles should be small.
         for i in [line + 1, 0, 3, 3 * line, 3 * line + 3] {
             // At the right border this may be a sample of another line: no harm either.
@@ -114,45 +124,138 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
         } else {
             block_of(s, pass, block, layout.load(s, pass.positions, block), out)
         };
-        if valid != 0xffff {
+        if valid != u32::MAX {
             layout.mark(mask, column, !valid & layout.inside(column), NONE);
         }
     }
 }
 
 #[inline(always)]
-fn both<S: Simd>(m: [fearless_simd::mask32x8<S>; 2]) -> u16 {
+fn both<S: Simd>(m: [mask32x8<S>; 2]) -> u16 {
     (m[0].to_bitmask() | m[1].to_bitmask() << 8) as u16
 }
 
-/// One block: 16 samples, those outside the picture NaN. Returns which exist.
+/// One block, samples outside the picture NaN. Returns which exist.
 #[inline(always)]
-fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3], out: &mut Gathered) -> u16 {
+fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 4]; 3], out: &mut Gathered) -> u32 {
     let l = pass.light;
     let q = [
-        [p[0][0] - l[0], p[0][1] - l[0]],
-        [p[1][0] - l[1], p[1][1] - l[1]],
-        [p[2][0] - l[2], p[2][1] - l[2]],
+        [p[0][0] - l[0], p[0][1] - l[0], p[0][2] - l[0], p[0][3] - l[0]],
+        [p[1][0] - l[1], p[1][1] - l[1], p[1][2] - l[1], p[1][3] - l[1]],
+        [p[2][0] - l[2], p[2][1] - l[2], p[2][2] - l[2], p[2][3] - l[2]],
     ];
     let zero = f32x8::splat(s, 0.0);
     // Infinity and NaN times zero are NaN.
-    let mut mask = both([
-        ((q[0][0] + q[1][0] + q[2][0]) * zero).simd_eq(zero),
-        ((q[0][1] + q[1][1] + q[2][1]) * zero).simd_eq(zero),
-    ]);
-    if mask != 0xffff {
-        // Background is NaN throughout; what is infinite is looked at one by one.
-        let none = both([
-            q[0][0].simd_ne(q[0][0]) & q[1][0].simd_ne(q[1][0]) & q[2][0].simd_ne(q[2][0]),
-            q[0][1].simd_ne(q[0][1]) & q[1][1].simd_ne(q[1][1]) & q[2][1].simd_ne(q[2][1]),
-        ]);
-        if mask | none != 0xffff {
-            mask = exist(pass, block, out);
-        }
-        if mask == 0 {
+    let sum = [
+        q[0][0] + q[1][0] + q[2][0],
+        q[0][1] + q[1][1] + q[2][1],
+        q[0][2] + q[1][2] + q[2][2],
+        q[0][3] + q[1][3] + q[2][3],
+    ];
+    let mut mask = all(
+        (sum[0] * zero).simd_eq(zero),
+        (sum[1] * zero).simd_eq(zero),
+        (sum[2] * zero).simd_eq(zero),
+        (sum[3] * zero).simd_eq(zero),
+    );
+    if mask == u32::MAX {
+        if let Some((tile, leaf)) = whole(s, pass, block, &q) {
+            add(out, tile, leaf);
             return mask;
         }
+    } else {
+        // Background is NaN throughout; what is infinite is looked at one by one.
+        let none = all(
+            q[0][0].simd_ne(q[0][0]) & q[1][0].simd_ne(q[1][0]) & q[2][0].simd_ne(q[2][0]),
+            q[0][1].simd_ne(q[0][1]) & q[1][1].simd_ne(q[1][1]) & q[2][1].simd_ne(q[2][1]),
+            q[0][2].simd_ne(q[0][2]) & q[1][2].simd_ne(q[1][2]) & q[2][2].simd_ne(q[2][2]),
+            q[0][3].simd_ne(q[0][3]) & q[1][3].simd_ne(q[1][3]) & q[2][3].simd_ne(q[2][3]),
+        );
+        if mask | none != u32::MAX {
+            mask = exist(pass, block, out);
+        }
     }
+    for half in 0..2 {
+        let mask = (mask >> (HALF * half)) as u16;
+        if mask != 0 {
+            let q = if half == 0 {
+                [[q[0][0], q[0][1]], [q[1][0], q[1][1]], [q[2][0], q[2][1]]]
+            } else {
+                [[q[0][2], q[0][3]], [q[1][2], q[1][3]], [q[2][2], q[2][3]]]
+            };
+            half_of(s, pass, block, half, mask, &q, out);
+        }
+    }
+    mask
+}
+
+#[inline(always)]
+fn all<S: Simd>(a: mask32x8<S>, b: mask32x8<S>, c: mask32x8<S>, d: mask32x8<S>) -> u32 {
+    (a.to_bitmask() | b.to_bitmask() << 8 | c.to_bitmask() << 16 | d.to_bitmask() << 24) as u32
+}
+
+/// The leaf of a whole block, if its samples exist all, and lie at one depth in one tile.
+#[inline(always)]
+fn whole<S: Simd>(s: S, pass: &Pass<'_>, block: usize, q: &[[f32x8<S>; 4]; 3]) -> Option<(u32, Leaf)> {
+    let face = face_of([q[0][0][0], q[1][0][0], q[2][0][0]]);
+    let (u, v, w) = match face / 2 {
+        0 => (q[1], q[2], q[0]),
+        1 => (q[0], q[2], q[1]),
+        _ => (q[0], q[1], q[2]),
+    };
+    let w = if face.is_multiple_of(2) { w } else { [-w[0], -w[1], -w[2], -w[3]] };
+    let inside = inside(u[0], v[0], w[0])
+        & inside(u[1], v[1], w[1])
+        & inside(u[2], v[2], w[2])
+        & inside(u[3], v[3], w[3]);
+    if inside.to_bitmask() != 0xff || pass.tiles.grids[face].root == NOTHING {
+        return None;
+    }
+    let one = f32x8::splat(s, 1.0);
+    let r = [one / w[0], one / w[1], one / w[2], one / w[3]];
+    let left = bounds(s, &[[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], [r[0], r[1]]]);
+    let right = bounds(s, &[[u[2] * r[2], u[3] * r[3]], [v[2] * r[2], v[3] * r[3]], [r[2], r[3]]]);
+    let region = left.union(&right);
+    if region.hi[2] - region.lo[2] > pass.band[face] * region.hi[2] {
+        return None;
+    }
+    let tile = pass.tiles.home(face, &region)?;
+    Some((tile, Leaf { regions: [left, right], block: block as u32, mask: u32::MAX }))
+}
+
+/// Which samples lie in the face of the frame.
+#[inline(always)]
+fn inside<S: Simd>(u: f32x8<S>, v: f32x8<S>, w: f32x8<S>) -> mask32x8<S> {
+    w.simd_ge(u.abs().max(v.abs()).max(NEAREST)) & w.simd_le(LIMIT)
+}
+
+/// One half of a block, from the light.
+#[inline(never)]
+fn half_of<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    block: usize,
+    half: usize,
+    mask: u16,
+    q: &[[f32x8<S>; 2]; 3],
+    out: &mut Gathered,
+) {
+    s.vectorize(
+        #[inline(always)]
+        || part_half(s, pass, block, half, mask, q, out),
+    );
+}
+
+#[inline(always)]
+fn part_half<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    block: usize,
+    half: usize,
+    mask: u16,
+    q: &[[f32x8<S>; 2]; 3],
+    out: &mut Gathered,
+) {
     let first = mask.trailing_zeros() as usize;
     let face = face_of([q[0][first / 8][first % 8], q[1][first / 8][first % 8], q[2][first / 8][first % 8]]);
     let (u, v, w) = match face / 2 {
@@ -161,12 +264,10 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
         _ => (q[0], q[1], q[2]),
     };
     let w = if face.is_multiple_of(2) { w } else { [-w[0], -w[1]] };
-    let side = [u[0].abs().max(v[0].abs()).max(NEAREST), u[1].abs().max(v[1].abs()).max(NEAREST)];
-    let inside =
-        both([w[0].simd_ge(side[0]) & w[0].simd_le(LIMIT), w[1].simd_ge(side[1]) & w[1].simd_le(LIMIT)]);
+    let inside = both([inside(u[0], v[0], w[0]), inside(u[1], v[1], w[1])]);
     if mask & !inside != 0 || pass.tiles.grids[face].root == NOTHING {
-        scatter(pass, block, mask, out);
-        return mask;
+        scatter(pass, block, u32::from(mask) << (HALF * half), out);
+        return;
     }
     let one = f32x8::splat(s, 1.0);
     let r = [one / w[0], one / w[1]];
@@ -178,8 +279,8 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
     if region.hi[2] - region.lo[2] <= pass.band[face] * region.hi[2]
         && let Some(tile) = pass.tiles.home(face, &region)
     {
-        add(out, tile, Leaf { region, block: block as u32, mask });
-        return mask;
+        add(out, tile, Leaf::of_half(block, half, region, mask));
+        return;
     }
     // Several depths, or too large for a tile.
     let mut left = mask;
@@ -192,16 +293,15 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
         repeat(s, &mut only, part);
         let region = bounds(s, &only);
         match pass.tiles.home(face, &region) {
-            Some(tile) => add(out, tile, Leaf { region, block: block as u32, mask: part }),
-            None => pieces(s, pass, block, part, face, &c, out),
+            Some(tile) => add(out, tile, Leaf::of_half(block, half, region, part)),
+            None => pieces(s, pass, block, half, part, face, &c, out),
         }
         left &= !part;
         if left == 0 {
-            return mask;
+            return;
         }
     }
-    loosen(pass, block, left, face, &c, out);
-    mask
+    loosen(pass, block, half, left, face, &c, out);
 }
 
 /// Lanes that are not in `mask` repeat the first that is.
@@ -209,7 +309,7 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 2]; 3],
 fn repeat<S: Simd>(s: S, c: &mut [[f32x8<S>; 2]; 3], mask: u16) {
     let first = mask.trailing_zeros() as usize;
     for h in 0..2 {
-        let keep = fearless_simd::mask32x8::from_bitmask(s, u64::from(mask >> (8 * h) & 0xff));
+        let keep = mask32x8::from_bitmask(s, u64::from(mask >> (8 * h) & 0xff));
         for k in 0..3 {
             // Half 0 may have been filled already: its lane `first` is unchanged.
             let fill = c[k][first / 8][first % 8];
@@ -227,7 +327,7 @@ fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> Region {
 
 /// Which samples of a block exist, where not all differences from the light are finite.
 #[inline(never)]
-fn exist(pass: &Pass<'_>, block: usize, out: &mut Gathered) -> u16 {
+fn exist(pass: &Pass<'_>, block: usize, out: &mut Gathered) -> u32 {
     let mut mask = 0;
     for sample in 0..BLOCK {
         let Some(i) = pass.layout.index(block, sample) else { continue };
@@ -254,16 +354,17 @@ fn least<S: Simd>(s: S, v: [f32x8<S>; 3]) -> [f32; 3] {
 #[inline(always)]
 fn add(out: &mut Gathered, tile: u32, leaf: Leaf) {
     let bounds = &mut out.regions[tile as usize];
-    *bounds = bounds.union(&leaf.region);
+    *bounds = bounds.union(&leaf.regions[0]).union(&leaf.regions[1]);
     out.leaves.push(tile, leaf);
 }
 
-/// Samples of a block at one depth that are too far apart for any tile: each tile takes its own, unless they are too many.
+/// Samples of half a block at one depth that are too far apart for any tile: each tile takes its own, unless they are too many.
 #[inline(always)]
 fn pieces<S: Simd>(
     s: S,
     pass: &Pass<'_>,
     block: usize,
+    half: usize,
     mask: u16,
     face: usize,
     c: &[[f32x8<S>; 2]; 3],
@@ -278,34 +379,35 @@ fn pieces<S: Simd>(
         let part = left & both([tiles[0].simd_eq(tile), tiles[1].simd_eq(tile)]);
         let mut only = *c;
         repeat(s, &mut only, part);
-        add(out, tile, Leaf { region: bounds(s, &only), block: block as u32, mask: part });
+        add(out, tile, Leaf::of_half(block, half, bounds(s, &only), part));
         left &= !part;
         if left == 0 {
             return;
         }
     }
-    loosen(pass, block, left, face, c, out);
+    loosen(pass, block, half, left, face, c, out);
 }
 
-/// Samples of a block, one by one.
+/// Samples of half a block, one by one.
 #[inline(never)]
 fn loosen<S: Simd>(
     pass: &Pass<'_>,
     block: usize,
+    half: usize,
     mask: u16,
     face: usize,
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
-    for i in bits(mask) {
+    for i in bits(u32::from(mask)) {
         let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
-        add_loose(pass, out, pass.tiles.find(face, at[0], at[1]), block, i, at);
+        add_loose(pass, out, pass.tiles.find(face, at[0], at[1]), block, HALF * half + i, at);
     }
 }
 
 /// A block that crosses from face to face, or of a list: every sample goes to its tile alone.
 #[inline(never)]
-fn scatter(pass: &Pass<'_>, block: usize, mask: u16, out: &mut Gathered) {
+fn scatter(pass: &Pass<'_>, block: usize, mask: u32, out: &mut Gathered) {
     for i in bits(mask) {
         let Some(index) = pass.layout.index(block, i) else { continue };
         match direction(pass.positions[index], pass.light) {
@@ -340,7 +442,7 @@ pub(super) fn direction(p: [f32; 3], light: [f32; 3]) -> Option<(usize, [f32; 3]
 }
 
 /// The numbers of the bits that are set.
-fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
         mask &= mask - 1;

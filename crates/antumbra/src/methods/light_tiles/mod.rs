@@ -4,7 +4,7 @@
 //! exactness needs.
 //!
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 samples each, fewer where samples are few.
-//! 2. [`leaves`]: blocks of 4 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
+//! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: a tile's triangles are prepared once and tested against groups of leaves, leaves, and samples.
 //!
@@ -30,7 +30,7 @@ mod work;
 
 use std::iter::Enumerate;
 use std::slice::ChunksMut;
-use std::sync::atomic::{AtomicBool, AtomicU16, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::dispatch;
@@ -56,7 +56,7 @@ pub struct LightTiles {
     gathered: Vec<leaves::Gathered>,
     binned: Vec<bin::Binned>,
     scratch: Vec<work::Scratch>,
-    words: Vec<AtomicU16>,
+    words: Vec<AtomicU32>,
     covered: Vec<AtomicBool>,
     wild: Wild,
 }
@@ -188,7 +188,7 @@ impl Method for LightTiles {
 impl LightTiles {
     /// Stage 1. Returns the depth band of each face.
     fn choose_tiles(&mut self, layout: &Layout, positions: &[[f32; 3]], light: [f32; 3]) -> [f32; FACES] {
-        let columns = layout.columns.div_ceil(EVERY);
+        let columns = layout.columns;
         self.points.resize(columns * layout.rows.div_ceil(EVERY), Point { face: NOTHING, at: [0.0; 2] });
         let empty = [Region::EMPTY; FACES];
         let bounds = self
@@ -299,7 +299,7 @@ impl LightTiles {
         rays.shadow(triangles, Samples::list(at), light, mask)?;
         for (&slot, &m) in slots.iter().zip(mask.iter()) {
             if m == SHADOWED {
-                *self.words[slot as usize / BLOCK].get_mut() |= 1 << (slot % 16);
+                *self.words[slot as usize / BLOCK].get_mut() |= 1 << (slot as usize % BLOCK);
             }
         }
         Ok(())
@@ -326,7 +326,7 @@ impl LightTiles {
         stats.bytes("leaves", lists(|w| w.leaves.bytes()));
         stats.bytes("loose_samples", lists(|w| w.loose.bytes()));
         stats.bytes("triangle_lists", peak);
-        stats.bytes("words", self.words.len() * 2);
+        stats.bytes("words", self.words.len() * 4);
         stats.counter("tiles", self.tiles.len() as u64);
         stats.counter("rounds", rounds);
         stats.counter("block_leaves", leaves as u64);

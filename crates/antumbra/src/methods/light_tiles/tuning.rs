@@ -1,10 +1,10 @@
 //! Numbers that are neither right nor wrong; the mask does not depend on them.
 
-/// Tiles are chosen from one sample of every so many blocks, each way.
+/// Tiles are chosen from one sample of every block of every so many rows.
 pub(super) const EVERY: usize = 2;
 
-/// Such points in a tile: 192 blocks of 16 samples. 128 and 256 blocks cost the same on the whole (hair likes smaller tiles,
-/// statues larger ones); 64 cost a fifth more on interiors, where large blocks near the light straddle small tiles.
+/// Such points in a tile: 96 blocks of 32 samples. 64 and 128 blocks cost the same on the whole (hair likes smaller tiles,
+/// statues larger ones); 32 cost a fifth more on interiors, where large blocks near the light straddle small tiles.
 pub(super) const TILE_POINTS: u32 = 48;
 
 /// Fewer where the samples are few, so that there are some 256 tiles: for the threads to share, and because few samples of
@@ -31,6 +31,10 @@ pub(super) const BLOCK_LEAVES: u32 = 3;
 
 /// Leaves that are tested against the triangles of a tile together.
 pub(super) const GROUP: usize = 8;
+
+/// In tiles with more triangles than this for each block of samples, halves of blocks are leaves of their own: blocks save what
+/// is done once a leaf, halves save tests.
+pub(super) const DENSE: usize = 2;
 
 /// Triangles that a worker takes at a time.
 pub(super) const TRIANGLES: usize = 1024;

@@ -1,6 +1,6 @@
 //! The tile pass: the triangles of a tile's list against its leaves.
 
-use std::sync::atomic::{AtomicBool, AtomicU16, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
@@ -12,10 +12,10 @@ use super::bin::{Binned, Entry, LARGE};
 use super::boxes::Boxes;
 use super::frame::Frame;
 use super::grid::{PLACES, Tiles};
-use super::layout::{BLOCK, Layout, halves};
+use super::layout::{BLOCK, HALF, Layout, halves};
 use super::leaves::{Gathered, Leaf, Loose, direction};
 use super::prefetch::prefetch;
-use super::tuning::GROUP;
+use super::tuning::{DENSE, GROUP};
 use crate::methods::leaf::LeafCounts;
 
 /// What all workers share.
@@ -30,7 +30,7 @@ pub(super) struct Pass<'a> {
     pub(super) gathered: &'a [Gathered],
     pub(super) binned: &'a [Binned],
     /// One word a block: samples in shadow.
-    pub(super) words: &'a [AtomicU16],
+    pub(super) words: &'a [AtomicU32],
     pub(super) next: &'a AtomicUsize,
     /// Not the first round: some samples are in shadow already.
     pub(super) again: bool,
@@ -92,11 +92,29 @@ struct Work {
     region: Region,
     /// The block; of a loose leaf, [`LOOSE`] and the first of its slots.
     block: u32,
-    mask: u16,
+    mask: u32,
     key: u16,
 }
 
+impl Work {
+    /// Samples of both halves.
+    #[inline(always)]
+    fn is_whole(&self) -> bool {
+        self.mask & LOW != 0 && self.mask & !LOW != 0
+    }
+
+    /// The samples as bits of its vectors, and how far the bits of the block are shifted against them.
+    #[inline(always)]
+    fn vectors(&self) -> (u32, u32) {
+        let shift = if self.mask & LOW == 0 { HALF as u32 } else { 0 };
+        (shift, self.mask >> shift)
+    }
+}
+
 const LOOSE: u32 = 1 << 31;
+
+/// The samples of the left half of a block.
+const LOW: u32 = (1 << HALF) - 1;
 
 /// Blocks of triangles that are asked for before they are prepared.
 const AHEAD: usize = 3;
@@ -121,8 +139,8 @@ struct Keyed {
 #[derive(Clone, Copy, Debug)]
 struct Open {
     id: u32,
-    plane: u16,
-    sides: u16,
+    plane: u32,
+    sides: u32,
 }
 
 /// Tiles until none is left.
@@ -185,7 +203,9 @@ fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Work>) {
     for leaf in leaves.filter(|leaf| leaf.block & LOOSE == 0) {
         let (start, line) = pass.layout.corner(leaf.block as usize);
         for y in 0..4 {
+            // A row is one and a half cache lines.
             prefetch(pass.positions, start + y * line);
+            prefetch(pass.positions, start + y * line + 7);
         }
     }
 }
@@ -193,7 +213,7 @@ fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Work>) {
 /// The leaves of a tile whose samples are not all in shadow yet, near ones together.
 #[inline(always)]
 fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
-    let Scratch { leaves, sorted, slots, slots_sorted, counts, .. } = scratch;
+    let Scratch { entries, leaves, sorted, slots, slots_sorted, counts, .. } = scratch;
     sorted.clear();
     slots.clear();
     let region = pass.tiles.region[tile];
@@ -202,15 +222,28 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
         let scale = (steps - 1.0) / (region.hi[k] - region.lo[k]).max(f32::MIN_POSITIVE);
         ((x - region.lo[k]) * scale + 8_388_608.0).to_bits() as u16 & (steps as u16 - 1)
     };
+    // Depth first: what mixes near and far is tested most.
+    let key = |[x, y, r]: [f32; 3]| step(2, r, 4.0) << 4 | step(1, y, 4.0) << 2 | step(0, x, 4.0);
+    let mut blocks = 0;
+    for worker in pass.gathered {
+        worker.leaves.each(tile, |leaves| blocks += leaves.len());
+    }
+    let dense = entries.len() > DENSE * blocks;
     for worker in pass.gathered {
         worker.leaves.each(tile, |leaves| {
-            for &Leaf { region, block, mask } in leaves {
+            for &Leaf { regions: [left, right], block, mask } in leaves {
                 let mask = if pass.again { mask & !pass.words[block as usize].load(Relaxed) } else { mask };
-                if mask != 0 {
-                    // Depth first: what mixes near and far is tested most.
-                    let [x, y, r] = region.lo;
-                    let key = step(2, r, 4.0) << 4 | step(1, y, 4.0) << 2 | step(0, x, 4.0);
-                    sorted.push(Work { region, block, mask, key });
+                let (low, high) = (mask & LOW, mask & !LOW);
+                if !dense && low != 0 && high != 0 {
+                    let region = left.union(&right);
+                    sorted.push(Work { region, block, mask, key: key(region.lo) });
+                    continue;
+                }
+                if low != 0 {
+                    sorted.push(Work { region: left, block, mask: low, key: key(left.lo) });
+                }
+                if high != 0 {
+                    sorted.push(Work { region: right, block, mask: high, key: key(right.lo) });
                 }
             }
         });
@@ -230,15 +263,15 @@ fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
         });
     }
     counting_sort::<_, _, 1024>(slots, slots_sorted, |s| s.key, |s| *s);
-    for (i, sixteen) in slots_sorted.chunks(BLOCK).enumerate() {
+    for (i, sixteen) in slots_sorted.chunks(HALF).enumerate() {
         let mut region = Region::EMPTY;
         for slot in sixteen {
             region = region.union(&Region { lo: slot.at, hi: slot.at });
         }
-        let key = slots_sorted[i * BLOCK].key;
+        let key = slots_sorted[i * HALF].key;
         let key = (key >> 8) << 4 | (key >> 4 & 0xf);
-        let mask = (0xffff_u32 >> (BLOCK - sixteen.len())) as u16;
-        sorted.push(Work { region, block: LOOSE | (i * BLOCK) as u32, mask, key });
+        let mask = LOW >> (HALF - sixteen.len());
+        sorted.push(Work { region, block: LOOSE | (i * HALF) as u32, mask, key });
     }
     counting_sort::<_, _, 64>(sorted, leaves, |w| w.key, |w| *w);
     counts.leaves += leaves.len() as u64;
@@ -417,85 +450,130 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
         return;
     }
     let frame = Frame::of(pass.tiles.face[tile] as usize);
+    let blocks = Blocks { all: blocks, live, hulls: live_hulls };
     for leaf in leaves {
-        let p = frame.turn_sixteen(load(s, pass, slots_sorted, leaf));
-        let mut alive = leaf.mask;
         open.clear();
-        'blocks: for first in (0..live.len()).step_by(8) {
-            let mut near = live_hulls.near(s, first, &leaf.region);
-            while near != 0 {
-                let (i, mask) = live[first + near.trailing_zeros() as usize];
-                near &= near - 1;
-                let prepared = &blocks[i as usize];
-                counts.leaf_box_tests += 1;
-                let (maybe, covers) = prepared.block.cull(s, &leaf.region);
-                if covers & mask != 0 {
-                    counts.node_accept += 1;
-                    alive = 0;
-                    break 'blocks;
-                }
-                let mut maybe = maybe & mask;
-                while maybe != 0 {
-                    let lane = maybe.trailing_zeros() as usize;
-                    maybe &= maybe - 1;
-                    counts.pairs += 1;
-                    counts.leaf.leaf_tests += u64::from(alive.count_ones());
-                    let a = prepared.block.lanes(s, lane, [p[0][0], p[1][0], p[2][0]], alive as u8);
-                    let b = prepared.block.lanes(s, lane, [p[0][1], p[1][1], p[2][1]], (alive >> 8) as u8);
-                    alive &= !(u16::from(a.blocked) | u16::from(b.blocked) << 8);
-                    if alive == 0 {
-                        break 'blocks;
-                    }
-                    let plane = u16::from(a.plane) | u16::from(b.plane) << 8;
-                    let sides = u16::from(a.sides) | u16::from(b.sides) << 8;
-                    if plane | sides != 0 {
-                        open.push(Open { id: prepared.ids[lane], plane, sides });
-                    }
-                }
-            }
+        // Whole blocks are four vectors, all others two; which samples of the block those are is in the mask.
+        let (shift, mut alive) = leaf.vectors();
+        if leaf.is_whole() {
+            let p = frame.turn_all(load_whole(s, pass, leaf));
+            alive = pairs(s, &blocks, &leaf.region, &p, alive, open, counts);
+        } else {
+            let p = frame.turn_all(load_half(s, pass, slots_sorted, leaf));
+            alive = pairs(s, &blocks, &leaf.region, &p, alive, open, counts);
         }
         for o in open.iter() {
             if alive == 0 {
                 break;
             }
-            if (o.plane | o.sides) & alive != 0 {
-                alive &= !resolve(s, pass, leaf, slots_sorted, o, alive, counts);
+            let (plane, sides) = (o.plane & alive, o.sides & alive);
+            if plane | sides != 0 {
+                let blocked = if leaf.is_whole() {
+                    let p = load_whole(s, pass, leaf);
+                    resolve(s, pass, o.id, &p, plane, sides, counts)
+                } else {
+                    let p = load_half(s, pass, slots_sorted, leaf);
+                    resolve(s, pass, o.id, &p, plane, sides, counts)
+                };
+                alive &= !blocked;
             }
         }
-        finish(pass, slots_sorted, leaf, leaf.mask & !alive);
+        finish(pass, slots_sorted, leaf, leaf.mask & !(alive << shift));
     }
 }
 
-/// The samples of a leaf that an open triangle blocks: f64, then exact arithmetic.
+/// Blocks of triangles that may concern a group of leaves.
+#[derive(Clone, Copy, Debug)]
+struct Blocks<'a> {
+    all: &'a [Prepared],
+    /// Number and lanes.
+    live: &'a [(u32, u8)],
+    /// Bounds of those in `live`.
+    hulls: &'a Boxes,
+}
+
+/// The samples of a leaf (`V` vectors, those in `alive` count) that no triangle is certain to block; what f32 leaves open is
+/// noted.
+#[inline(always)]
+fn pairs<S: Simd, const V: usize>(
+    s: S,
+    blocks: &Blocks<'_>,
+    region: &Region,
+    p: &[[f32x8<S>; V]; 3],
+    mut alive: u32,
+    open: &mut Vec<Open>,
+    counts: &mut Counts,
+) -> u32 {
+    for first in (0..blocks.live.len()).step_by(8) {
+        let mut near = blocks.hulls.near(s, first, region);
+        while near != 0 {
+            let (i, mask) = blocks.live[first + near.trailing_zeros() as usize];
+            near &= near - 1;
+            let prepared = &blocks.all[i as usize];
+            counts.leaf_box_tests += 1;
+            let (maybe, covers) = prepared.block.cull(s, region);
+            if covers & mask != 0 {
+                counts.node_accept += 1;
+                return 0;
+            }
+            let mut maybe = maybe & mask;
+            while maybe != 0 {
+                let lane = maybe.trailing_zeros() as usize;
+                maybe &= maybe - 1;
+                counts.pairs += 1;
+                counts.leaf.leaf_tests += u64::from(alive.count_ones());
+                let (mut plane, mut sides) = (0, 0);
+                for v in 0..V {
+                    let live = (alive >> (8 * v)) as u8;
+                    // Two vectors are tested faster than asked about.
+                    if V > 2 && live == 0 {
+                        continue;
+                    }
+                    let lanes = prepared.block.lanes(s, lane, [p[0][v], p[1][v], p[2][v]], live);
+                    alive &= !(u32::from(lanes.blocked) << (8 * v));
+                    plane |= u32::from(lanes.plane) << (8 * v);
+                    sides |= u32::from(lanes.sides) << (8 * v);
+                }
+                if alive == 0 {
+                    return 0;
+                }
+                if plane | sides != 0 {
+                    open.push(Open { id: prepared.ids[lane], plane, sides });
+                }
+            }
+        }
+    }
+    alive
+}
+
+/// The samples that an open triangle blocks: f64, then exact arithmetic. `plane` and `sides` are those to decide.
 #[inline(never)]
-fn resolve<S: Simd>(
+fn resolve<S: Simd, const V: usize>(
     s: S,
     pass: &Pass<'_>,
-    leaf: &Work,
-    slots: &[Slot],
-    open: &Open,
-    alive: u16,
+    id: u32,
+    p: &[[f32x8<S>; V]; 3],
+    plane: u32,
+    sides: u32,
     counts: &mut Counts,
-) -> u16 {
+) -> u32 {
     s.vectorize(
         #[inline(always)]
         || {
-            let triangle = &pass.triangles[open.id as usize];
-            let p = load(s, pass, slots, leaf);
+            let triangle = &pass.triangles[id as usize];
             let mut blocked = 0;
-            let mut hard = open.sides & alive;
-            let plane = open.plane & alive;
+            let mut hard = sides;
             counts.leaf.filter_f64 += u64::from((plane | hard).count_ones());
             if plane != 0 {
                 if let Some(resolver) = PlaneResolver::new(triangle, pass.light) {
-                    for half in 0..2 {
-                        if plane >> (8 * half) & 0xff == 0 {
+                    for v in 0..V {
+                        if plane >> (8 * v) & 0xff == 0 {
                             continue;
                         }
                         counts.plane_f64 += 1;
-                        let (beyond, unsure) = resolver.lanes(s, [p[0][half], p[1][half], p[2][half]]);
-                        blocked |= plane & u16::from(beyond) << (8 * half);
-                        hard |= plane & u16::from(unsure) << (8 * half);
+                        let (beyond, unsure) = resolver.lanes(s, [p[0][v], p[1][v], p[2][v]]);
+                        blocked |= plane & u32::from(beyond) << (8 * v);
+                        hard |= plane & u32::from(unsure) << (8 * v);
                     }
                 } else {
                     hard |= plane;
@@ -504,11 +582,11 @@ fn resolve<S: Simd>(
             if hard != 0
                 && let Some(resolver) = Resolver::new(triangle, pass.light)
             {
-                for i in (0..BLOCK).filter(|i| hard >> i & 1 == 1) {
+                for i in (0..8 * V).filter(|i| hard >> i & 1 == 1) {
                     let (blocks, decided) =
                         resolver.blocks([p[0][i / 8][i % 8], p[1][i / 8][i % 8], p[2][i / 8][i % 8]]);
                     counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
-                    blocked |= u16::from(blocks) << i;
+                    blocked |= u32::from(blocks) << i;
                 }
             }
             blocked
@@ -516,24 +594,30 @@ fn resolve<S: Simd>(
     )
 }
 
-/// World coordinates of a leaf's samples. What lanes without a sample hold does not matter.
+/// World coordinates of the samples of a whole block.
 #[inline(always)]
-fn load<S: Simd>(s: S, pass: &Pass<'_>, slots: &[Slot], leaf: &Work) -> [[f32x8<S>; 2]; 3] {
+fn load_whole<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Work) -> [[f32x8<S>; 4]; 3] {
+    pass.layout.load(s, pass.positions, leaf.block as usize)
+}
+
+/// World coordinates of the samples of half a block, or of loose ones. What lanes without a sample hold does not matter.
+#[inline(always)]
+fn load_half<S: Simd>(s: S, pass: &Pass<'_>, slots: &[Slot], leaf: &Work) -> [[f32x8<S>; 2]; 3] {
     if leaf.block & LOOSE == 0 {
-        return pass.layout.load(s, pass.positions, leaf.block as usize);
+        let half = usize::from(leaf.mask & LOW == 0);
+        return pass.layout.load_half(s, pass.positions, leaf.block as usize, half);
     }
     let first = (leaf.block & !LOOSE) as usize;
-    let mut at = [[0.0; BLOCK]; 3];
-    for (i, slot) in slots[first..].iter().take(BLOCK).enumerate() {
+    let mut at = [[0.0; HALF]; 3];
+    for (i, slot) in slots[first..].iter().take(HALF).enumerate() {
         (at[0][i], at[1][i], at[2][i]) = (slot.world[0], slot.world[1], slot.world[2]);
     }
-    let [x, y, z] = &at;
-    [halves(s, x), halves(s, y), halves(s, z)]
+    [halves(s, &at[0]), halves(s, &at[1]), halves(s, &at[2])]
 }
 
 /// Notes samples of a leaf that are in shadow.
 #[inline(always)]
-fn finish(pass: &Pass<'_>, slots: &[Slot], leaf: &Work, shadowed: u16) {
+fn finish(pass: &Pass<'_>, slots: &[Slot], leaf: &Work, shadowed: u32) {
     if shadowed == 0 {
         return;
     }
@@ -542,7 +626,7 @@ fn finish(pass: &Pass<'_>, slots: &[Slot], leaf: &Work, shadowed: u16) {
         return;
     }
     let first = (leaf.block & !LOOSE) as usize;
-    for i in (0..BLOCK).filter(|i| shadowed >> i & 1 == 1) {
+    for i in (0..HALF).filter(|i| shadowed >> i & 1 == 1) {
         let slot = slots[first + i].slot as usize;
         pass.words[slot / BLOCK].fetch_or(1 << (slot % BLOCK), Relaxed);
     }
