@@ -14,6 +14,8 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
+use crate::vector::{V3, abs, cross, cross_abs, dot, load3, max3, splat3, store3, sub};
+
 /// Relative bound of one test, in units of the sum of absolute products: 16 u with u = 2^-24. `bounds.md` needs 12.
 pub const KAPPA: f32 = 16.0 * 0.5 * f32::EPSILON;
 /// Added to sums of absolute products: covers underflow of products (each at most 2^-150). See `bounds.md`.
@@ -88,53 +90,6 @@ pub struct Lanes {
     pub unsure: u8,
 }
 
-type V3<S> = [f32x8<S>; 3];
-
-#[inline(always)]
-fn load3<S: Simd>(s: S, v: &[[f32; 8]; 3]) -> V3<S> {
-    [f32x8::load_array_ref(s, &v[0]), f32x8::load_array_ref(s, &v[1]), f32x8::load_array_ref(s, &v[2])]
-}
-
-#[inline(always)]
-fn splat3<S: Simd>(s: S, v: [f32; 3]) -> V3<S> {
-    [f32x8::splat(s, v[0]), f32x8::splat(s, v[1]), f32x8::splat(s, v[2])]
-}
-
-#[inline(always)]
-fn sub<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn abs<S: Simd>(a: V3<S>) -> V3<S> {
-    [a[0].abs(), a[1].abs(), a[2].abs()]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> f32x8<S> {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-}
-
-/// The cross product of absolute values with all signs positive, plus [`TINY`].
-#[inline(always)]
-fn cross_abs<S: Simd>(a: V3<S>, b: V3<S>, tiny: f32x8<S>) -> V3<S> {
-    [
-        a[1].mul_add(b[2], a[2].mul_add(b[1], tiny)),
-        a[2].mul_add(b[0], a[0].mul_add(b[2], tiny)),
-        a[0].mul_add(b[1], a[1].mul_add(b[0], tiny)),
-    ]
-}
-
-#[inline(always)]
-fn max3<S: Simd>(a: V3<S>) -> f32x8<S> {
-    a[0].max(a[1]).max(a[2])
-}
-
 impl TriangleBlock {
     /// Prepares the tests of eight triangles for a light and a group of samples.
     ///
@@ -185,7 +140,7 @@ impl TriangleBlock {
 
         // Some test is certainly negative, some is certainly positive, all are certainly positive.
         let (mut negative, mut positive, mut covers) = (0u8, 0u8, live);
-        store3(&raw[0], &mut out.a);
+        store3(raw[0], &mut out.a);
         (det * sign).store_array(&mut out.det);
         for k in 0..4 {
             let oriented = [m[k][0] * sign, m[k][1] * sign, m[k][2] * sign];
@@ -199,7 +154,7 @@ impl TriangleBlock {
             let above = (value - reach).simd_gt(0.0).to_bitmask() as u8;
             positive |= above;
             covers &= above;
-            store3(&oriented, &mut out.m[k]);
+            store3(oriented, &mut out.m[k]);
             bound.store_array(&mut out.bound[k]);
         }
         let faces = det.abs().simd_gt(det_bound).to_bitmask() & !wild.to_bitmask();
@@ -279,13 +234,6 @@ impl Coefficients {
         let det = f32x8::splat(s, self.det[lane]);
         det / q[2].mul_add(m[2][lane], q[1].mul_add(m[1][lane], q[0].mul_add(m[0][lane], det)))
     }
-}
-
-#[inline(always)]
-fn store3<S: Simd>(v: &V3<S>, out: &mut [[f32; 8]; 3]) {
-    v[0].store_array(&mut out[0]);
-    v[1].store_array(&mut out[1]);
-    v[2].store_array(&mut out[2]);
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use crate::filter::{KAPPA, LIMIT, TINY};
+use crate::vector::{V3, abs, cross, cross_abs, dot, load3, max3, scale, splat3, store3, sub};
 
 /// A bound of directions is widened by this, relative to 1 and to itself: `bounds.md` needs 9 u.
 pub const WIDEN: f32 = 16.0 * 0.5 * f32::EPSILON;
@@ -118,65 +119,6 @@ pub struct TileLanes {
     pub plane: u8,
     /// Some side open, none certainly wrong.
     pub sides: u8,
-}
-
-type V3<S> = [f32x8<S>; 3];
-
-#[inline(always)]
-fn load3<S: Simd>(s: S, v: &[[f32; 8]; 3]) -> V3<S> {
-    [f32x8::load_array_ref(s, &v[0]), f32x8::load_array_ref(s, &v[1]), f32x8::load_array_ref(s, &v[2])]
-}
-
-#[inline(always)]
-fn splat3<S: Simd>(s: S, v: [f32; 3]) -> V3<S> {
-    [f32x8::splat(s, v[0]), f32x8::splat(s, v[1]), f32x8::splat(s, v[2])]
-}
-
-#[inline(always)]
-fn store3<S: Simd>(v: V3<S>, out: &mut [[f32; 8]; 3]) {
-    v[0].store_array(&mut out[0]);
-    v[1].store_array(&mut out[1]);
-    v[2].store_array(&mut out[2]);
-}
-
-#[inline(always)]
-fn sub<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn abs<S: Simd>(a: V3<S>) -> V3<S> {
-    [a[0].abs(), a[1].abs(), a[2].abs()]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> f32x8<S> {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
-}
-
-#[inline(always)]
-fn scale<S: Simd>(a: V3<S>, by: f32x8<S>) -> V3<S> {
-    [a[0] * by, a[1] * by, a[2] * by]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-}
-
-/// The cross product of absolute values with all signs positive, plus [`TINY`].
-#[inline(always)]
-fn cross_abs<S: Simd>(a: V3<S>, b: V3<S>, tiny: f32x8<S>) -> V3<S> {
-    [
-        a[1].mul_add(b[2], a[2].mul_add(b[1], tiny)),
-        a[2].mul_add(b[0], a[0].mul_add(b[2], tiny)),
-        a[0].mul_add(b[1], a[1].mul_add(b[0], tiny)),
-    ]
-}
-
-#[inline(always)]
-fn max3<S: Simd>(a: V3<S>) -> f32x8<S> {
-    a[0].max(a[1]).max(a[2])
 }
 
 #[inline(always)]

@@ -220,29 +220,12 @@ pub struct UnknownMethod {
     known: String,
 }
 
-/// What a user knows of the work before it is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Work {
-    /// Casters.
-    pub triangles: usize,
-    /// Samples of each mask.
-    pub samples: usize,
-    /// Masks (lights, or frames) for which the triangles stay where they are.
-    pub masks_a_scene: usize,
-}
-
-/// What `auto` picks for some work: the name of an exact method.
-///
-/// `light-tiles`, unless the scene stays for several masks of few samples: then `ray-cast` with its hierarchy kept
-/// ([`RayCast::keep`]) need not read every triangle for every mask. Where the border lies is a guess from what each reads, not yet measured.
-pub fn pick(work: &Work) -> &'static str {
-    if work.masks_a_scene >= 4 && work.samples < work.triangles / 4 { "ray-cast" } else { AUTO }
-}
-
-/// The pick for a single frame.
+/// What `auto` is, whatever the work: for many samples or few, for triangles that move or stay, for one light or many. It is the
+/// fastest exact method here even against a `ray-cast` whose hierarchy was kept and costs nothing, in all but a few of the
+/// measured cases (`docs/performance.md`, "What auto picks").
 const AUTO: &str = "light-tiles";
 
-/// Finds a method by name or alias. `auto` is resolved to the method that [`pick`] picks for a single frame.
+/// Finds a method by name or alias. `auto` is `light-tiles`.
 ///
 /// # Errors
 /// [`UnknownMethod`] lists the names there are.

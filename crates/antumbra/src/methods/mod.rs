@@ -15,7 +15,7 @@ mod ray_hierarchy;
 mod shadow_map;
 mod stats;
 
-pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, Work, create, info, pick};
+pub use catalogue::{CATALOGUE, MethodInfo, Options, UnknownMethod, create, info};
 pub use cptsv::{Cptsv, DenseLayout};
 pub use cssv::Cssv;
 pub use debug::{DebugView, Scale};
