@@ -14,7 +14,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
-use crate::vector::{V3, abs, cross, cross_abs, dot, load3, max3, splat3, store3, sub};
+use crate::vector::{abs, cross, cross_abs, dot, load3, max3, splat3, store3, sub};
 
 /// Relative bound of one test, in units of the sum of absolute products: 16 u with u = 2^-24. `bounds.md` needs 12.
 pub const KAPPA: f32 = 16.0 * 0.5 * f32::EPSILON;

@@ -216,7 +216,7 @@ pub(crate) fn walk<S: Simd, V: Visitor, const NEAR_FIRST: bool>(
         }
         if at.is_leaf() {
             counts.leaves += 1;
-            if visitor.leaf(s, bvh.leaf(at)) {
+            if visitor.leaf(s, bvh.leaf(at, &mut None)) {
                 return;
             }
             continue;

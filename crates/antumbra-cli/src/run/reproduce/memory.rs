@@ -139,8 +139,8 @@ fn table_2(bench: &mut Bench<'_>) -> Result<Finding> {
     body += "\nThe published PTSV and CPTSV figures are 96 and 112 bytes times the number of *edges* of the scene, not of triangles (431,246 x 96 = 39.48 x 2^20), \
              in all scenes but the first; with 279,163 triangles they would be 25.56 and 29.82. They are above ours either way: a frustum is made when its walk \
              begins, and lives in registers. DPSV is the same 128 bytes a triangle, one node fewer.\n\n\
-             The RTX figure is the driver's upper estimate for a compressed format that is not public. Ours is larger by what a leaf test of eight \
-             triangles at once wants: corners side by side, eight lanes a leaf of which five are used on average. Its nodes alone, which are the hierarchy, take a fifth of it.\n";
+             The RTX figure is the driver's upper estimate for a compressed format that is not public. Ours holds what a leaf test of eight \
+             triangles at once wants: corners side by side, eight lanes a leaf, or four where no more are used. Its nodes, which are the hierarchy, are a fifth of it.\n";
     let ours = if above.is_empty() {
         "none above the published figure".to_owned()
     } else {
