@@ -58,6 +58,15 @@ impl Layout {
         (4 * row * self.width + 8 * column, self.width)
     }
 
+    /// The index of a sample that is in the picture, in a block at [`Layout::corner`].
+    #[inline(always)]
+    pub(super) fn index_from(&self, (start, line): (usize, usize), sample: usize) -> usize {
+        if self.is_list {
+            return start + sample;
+        }
+        start + sample % HALF / 4 * line + sample / HALF * 4 + sample % 4
+    }
+
     /// Row and column of a block.
     #[inline(always)]
     fn place(&self, block: usize) -> (usize, usize) {

@@ -11,7 +11,7 @@ use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
 use super::layout::{BLOCK, HALF, Layout};
 use super::lists::Lists;
-use super::tuning::BLOCK_LEAVES;
+use super::tuning::{BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
 
 /// Samples of one block that the light sees close together.
@@ -289,6 +289,9 @@ fn part_half<S: Simd>(
         let near = c[2][first / 8][first % 8];
         let band = f32x8::splat(s, pass.band[face] * near);
         let part = left & both([(c[2][0] - near).abs().simd_le(band), (c[2][1] - near).abs().simd_le(band)]);
+        if part.count_ones() < LEAST_PART {
+            break;
+        }
         let mut only = c;
         repeat(s, &mut only, part);
         let region = bounds(s, &only);
@@ -377,6 +380,9 @@ fn pieces<S: Simd>(
         let first = left.trailing_zeros() as usize;
         let tile = tiles[first / 8][first % 8];
         let part = left & both([tiles[0].simd_eq(tile), tiles[1].simd_eq(tile)]);
+        if part.count_ones() < LEAST_PART {
+            break;
+        }
         let mut only = *c;
         repeat(s, &mut only, part);
         add(out, tile, Leaf::of_half(block, half, bounds(s, &only), part));
@@ -399,21 +405,25 @@ fn loosen<S: Simd>(
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
+    let corner = pass.layout.corner(block);
     for i in bits(u32::from(mask)) {
         let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
-        add_loose(pass, out, pass.tiles.find(face, at[0], at[1]), block, HALF * half + i, at);
+        let sample = HALF * half + i;
+        let world = pass.positions[pass.layout.index_from(corner, sample)];
+        add_loose(out, pass.tiles.find(face, at[0], at[1]), world, block * BLOCK + sample, at);
     }
 }
 
 /// A block that crosses from face to face, or of a list: every sample goes to its tile alone.
 #[inline(never)]
 fn scatter(pass: &Pass<'_>, block: usize, mask: u32, out: &mut Gathered) {
+    let corner = pass.layout.corner(block);
     for i in bits(mask) {
-        let Some(index) = pass.layout.index(block, i) else { continue };
-        match direction(pass.positions[index], pass.light) {
+        let world = pass.positions[pass.layout.index_from(corner, i)];
+        match direction(world, pass.light) {
             Some((face, at)) if pass.tiles.grids[face].root != NOTHING => {
                 let tile = pass.tiles.find(face, at[0], at[1]);
-                add_loose(pass, out, tile, block, i, at);
+                add_loose(out, tile, world, block * BLOCK + i, at);
             }
             // No point of the face was seen when the tiles were chosen, or there is no direction.
             _ => out.wild.push((block * BLOCK + i) as u32),
@@ -421,11 +431,11 @@ fn scatter(pass: &Pass<'_>, block: usize, mask: u32, out: &mut Gathered) {
     }
 }
 
-fn add_loose(pass: &Pass<'_>, out: &mut Gathered, tile: u32, block: usize, sample: usize, at: [f32; 3]) {
-    let Some(index) = pass.layout.index(block, sample) else { return };
+#[inline(always)]
+fn add_loose(out: &mut Gathered, tile: u32, world: [f32; 3], slot: usize, at: [f32; 3]) {
     let bounds = &mut out.regions[tile as usize];
     *bounds = bounds.union(&Region { lo: at, hi: at });
-    out.loose.push(tile, Loose { at: pass.positions[index], slot: (block * BLOCK + sample) as u32 });
+    out.loose.push(tile, Loose { at: world, slot: slot as u32 });
 }
 
 /// Face, and x, y, r of a sample; `None` where f32 cannot hold them.
