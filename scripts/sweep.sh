@@ -7,13 +7,14 @@
 # SIZE     of the pictures, 1920x1080 if not given.
 # NAME     only these: names of sweep.tsv, or builtin:NAME. Without any: all of the table, and all built-in scenes.
 #
-# ANTUMBRA names the program (default: target/release/antumbra). Sizes over 480x270 are preceded by a run at 480x270; a method
-# that would take over a minute a frame (LIMIT_MS), by the number of pixels, is shown at that size instead and listed at the end.
+# ANTUMBRA names the program (default: target/release/antumbra), METHODS the methods (comma-separated; default: all).
+# Sizes over 480x270 are preceded by a run at 480x270; a method that would take over a minute a frame (LIMIT_MS), by the
+# number of pixels, is shown at that size instead and listed at the end.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
 antumbra=${ANTUMBRA:-$here/../target/release/antumbra}
-[ $# -ge 1 ] || { sed -n '2,12s/^# \{0,1\}//p' "$0"; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,13s/^# \{0,1\}//p' "$0"; exit 2; }
 scenes=$1 size=${2:-1920x1080}
 shift; [ $# -gt 0 ] && shift
 wanted=("$@")
@@ -42,14 +43,14 @@ rows() { awk '$2 == "yes" || $2 == "no" { print $1, $2, $3, $6 }' "$1"; }
 
 # name, scene, arguments
 scene() {
-    local name=$1 file=$2 methods=all left_out="" at=$size
+    local name=$1 file=$2 methods=${METHODS:-all} left_out="" at=$size
     shift 2
     if [ ${#wanted[@]} -gt 0 ] && [[ " ${wanted[*]} " != *" $name "* ]]; then return; fi
     if [[ $file != builtin:* && ! -f $file ]]; then missing+=("$name"); return; fi
     count=$((count + 1))
     : > "$out/small"
     if [ "$ratio" -gt 1 ]; then
-        if ! compare "$out/small" "$file" "$@" --size $small; then failed=1; echo "$name: FAILED TO RUN"; return; fi
+        if ! compare "$out/small" "$file" "$@" --size $small --methods "$methods"; then failed=1; echo "$name: FAILED TO RUN"; return; fi
         left_out=$(rows "$out/small" | awk -v r="$ratio" -v l="$limit" '$4 * r > l { print $1 }' | paste -sd, -)
         if [ -n "$left_out" ]; then
             methods=$(rows "$out/small" | awk -v r="$ratio" -v l="$limit" '$4 * r <= l { print $1 }' | grep -v '^oracle$' | paste -sd, -)

@@ -2,7 +2,7 @@
 
 use super::prefetch::prefetch;
 
-/// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items, eight of leaves.
+/// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items, thirteen of leaves.
 const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
 

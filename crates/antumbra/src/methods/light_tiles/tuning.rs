@@ -26,7 +26,7 @@ pub(super) const DEPTH: u32 = 6;
 /// near and far samples in a leaf is what costs most in hair and foliage.
 pub(super) const DEPTH_BAND: f32 = 0.1;
 
-/// A block that falls into more leaves than this is given up: its samples are sorted one by one.
+/// Half a block that falls into more leaves than this is given up: its samples are sorted one by one.
 pub(super) const BLOCK_LEAVES: u32 = 3;
 
 /// Fewer samples than this are not worth a leaf of their own: they are sorted one by one, with all that are left of their half.
