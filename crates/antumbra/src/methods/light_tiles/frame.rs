@@ -33,7 +33,7 @@ impl Frame {
             _ => (x, y, z),
         };
         for w in &mut w {
-            *w = *w * self.sign;
+            *w *= self.sign;
         }
         [u, v, w]
     }
