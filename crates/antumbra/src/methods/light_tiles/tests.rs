@@ -46,6 +46,22 @@ fn least_capacity_takes_rounds_and_gives_the_same_mask() {
 }
 
 #[test]
+fn pictures_of_any_width_and_height() {
+    for [width, height] in [[1, 5], [3, 3], [5, 7], [7, 1], [8, 4], [9, 40], [13, 9], [36, 6], [100, 3]] {
+        let (triangles, positions, light, expected) = case("room", [width, height]);
+        let mut method = LightTiles::new(&Options::default());
+        let mut mask = vec![7; expected.len()];
+        method.shadow(&triangles, Samples::image(&positions, width), light, &mut mask).unwrap();
+        assert!(mask == expected, "{width} x {height}");
+        // The last row may be short.
+        let short = positions.len() - width / 2;
+        let mut mask = vec![7; short];
+        method.shadow(&triangles, Samples::image(&positions[..short], width), light, &mut mask).unwrap();
+        assert!(mask == expected[..short], "{width} x {height}, the last row short");
+    }
+}
+
+#[test]
 fn a_second_frame_allocates_nothing_new() {
     let (triangles, positions, light, expected) = case("atrium?size=2000", [96, 64]);
     let mut method = LightTiles::new(&Options::default());
