@@ -130,16 +130,14 @@ impl Layout {
     /// Outside the picture they are NaN.
     #[inline(always)]
     pub(super) fn load<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> [[f32x8<S>; 4]; 3] {
-        if let Some([a, b, c, d]) = self.rows_of(positions, block) {
+        let ([x, y, z], [x2, y2, z2]) = if let Some([a, b, c, d]) = self.rows_of(positions, block) {
             let left = [apart::<S, 0>(s, a), apart::<S, 0>(s, b), apart::<S, 0>(s, c), apart::<S, 0>(s, d)];
             let right =
                 [apart::<S, 12>(s, a), apart::<S, 12>(s, b), apart::<S, 12>(s, c), apart::<S, 12>(s, d)];
-            let ([x, y, z], [x2, y2, z2]) = (pairs(s, left), pairs(s, right));
-            return [[x[0], x[1], x2[0], x2[1]], [y[0], y[1], y2[0], y2[1]], [z[0], z[1], z2[0], z2[1]]];
-        }
-        let at = self.load_border(positions, block);
-        let (x, y, z) = (halves(s, &at[0][..HALF]), halves(s, &at[1][..HALF]), halves(s, &at[2][..HALF]));
-        let (x2, y2, z2) = (halves(s, &at[0][HALF..]), halves(s, &at[1][HALF..]), halves(s, &at[2][HALF..]));
+            (pairs(s, left), pairs(s, right))
+        } else {
+            (self.load_half(s, positions, block, 0), self.load_half(s, positions, block, 1))
+        };
         [[x[0], x[1], x2[0], x2[1]], [y[0], y[1], y2[0], y2[1]], [z[0], z[1], z2[0], z2[1]]]
     }
 

@@ -198,12 +198,7 @@ fn all<S: Simd>(a: mask32x8<S>, b: mask32x8<S>, c: mask32x8<S>, d: mask32x8<S>) 
 #[inline(always)]
 fn whole<S: Simd>(s: S, pass: &Pass<'_>, block: usize, q: &[[f32x8<S>; 4]; 3]) -> Option<(u32, Leaf)> {
     let face = face_of([q[0][0][0], q[1][0][0], q[2][0][0]]);
-    let (u, v, w) = match face / 2 {
-        0 => (q[1], q[2], q[0]),
-        1 => (q[0], q[2], q[1]),
-        _ => (q[0], q[1], q[2]),
-    };
-    let w = if face.is_multiple_of(2) { w } else { [-w[0], -w[1], -w[2], -w[3]] };
+    let [u, v, w] = Frame::of(face).turn_all(*q);
     let inside = inside(u[0], v[0], w[0])
         & inside(u[1], v[1], w[1])
         & inside(u[2], v[2], w[2])
@@ -258,12 +253,7 @@ fn part_half<S: Simd>(
 ) {
     let first = mask.trailing_zeros() as usize;
     let face = face_of([q[0][first / 8][first % 8], q[1][first / 8][first % 8], q[2][first / 8][first % 8]]);
-    let (u, v, w) = match face / 2 {
-        0 => (q[1], q[2], q[0]),
-        1 => (q[0], q[2], q[1]),
-        _ => (q[0], q[1], q[2]),
-    };
-    let w = if face.is_multiple_of(2) { w } else { [-w[0], -w[1]] };
+    let [u, v, w] = Frame::of(face).turn_all(*q);
     let inside = both([inside(u[0], v[0], w[0]), inside(u[1], v[1], w[1])]);
     if mask & !inside != 0 || pass.tiles.grids[face].root == NOTHING {
         scatter(pass, block, u32::from(mask) << (HALF * half), out);
