@@ -11,7 +11,7 @@
 //!
 //! so that a box of directions and nearnesses is culled, or found to be covered, by interval arithmetic
 //! ([`TileBlock::cull`]), whatever triangles lie beside or behind the light. Samples are then tested with the sums of
-//! [`crate::filter`], relative to the first corner ([`TileBlock::lanes`]). Each test is divided by its own bound for the
+//! [`crate::filter`], relative to the first corner ([`TileBlock::test`]). Each test is divided by its own bound for the
 //! tile, so that one comparison decides all four: above 1 certain, below -1 certainly not. `bounds.md` derives the bounds.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
@@ -51,6 +51,19 @@ impl Region {
         }
     }
 
+    /// Least `x`, `y`, `r`, then the largest with their signs turned: a union is a minimum. Numbers 3 and 7 are of no use.
+    #[inline(always)]
+    pub fn pack(&self) -> [f32; 8] {
+        let [lo, hi] = [self.lo, self.hi];
+        [lo[0], lo[1], lo[2], f32::INFINITY, -hi[0], -hi[1], -hi[2], f32::INFINITY]
+    }
+
+    /// The region of such numbers.
+    #[inline(always)]
+    pub fn unpack(s: &[f32; 8]) -> Region {
+        Region { lo: [s[0], s[1], s[2]], hi: [-s[4], -s[5], -s[6]] }
+    }
+
     /// Middle and half size of the directions: the half is rounded up.
     #[inline(always)]
     fn middle(&self) -> [[f32; 2]; 2] {
@@ -77,6 +90,32 @@ impl Region {
             h + 2.0 * WIDEN * (h + center[k].abs())
         });
         [center, half]
+    }
+}
+
+/// A region within a tile's, made ready to be held against triangles.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub struct Part {
+    /// Least `x`, `y`, `r`; the fourth number means nothing, here and below.
+    pub lo: [f32; 4],
+    /// Largest `x`, `y`, `r`.
+    pub hi: [f32; 4],
+    middle: [f32; 4],
+    /// Rounded up.
+    half: [f32; 4],
+}
+
+impl Part {
+    /// The region that is packed in `sides` ([`Region::pack`]).
+    #[inline(always)]
+    pub fn new<S: Simd>(s: S, sides: f32x8<S>) -> Part {
+        let (lo, hi) = s.split_f32x8(sides);
+        let hi = -hi;
+        let middle = (lo + hi) * 0.5;
+        let half = (hi - middle).max(middle - lo);
+        let half = half.mul_add(f32::EPSILON, half);
+        Part { lo: lo.to_array(), hi: hi.to_array(), middle: middle.to_array(), half: half.to_array() }
     }
 }
 
@@ -110,15 +149,26 @@ pub struct TileVerdict {
     pub edge_on: u8,
 }
 
-/// What one triangle does to eight samples; bits are lanes.
+/// What a block of triangles does to a part of the tile; bits are lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TileLanes {
+pub struct PartVerdict {
+    /// May block some sample.
+    pub maybe: u8,
+    /// Of `maybe`: every sample is within the three sides, for certain.
+    pub within: u8,
+    /// Of `within`: every sample is beyond the plane as well, and so blocked.
+    pub covers: u8,
+}
+
+/// What one triangle does to samples; one bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tested {
     /// Blocked for certain.
-    pub blocked: u8,
+    pub blocked: u32,
     /// Inside all three sides for certain, plane test open.
-    pub plane: u8,
+    pub plane: u32,
     /// Some side open, none certainly wrong.
-    pub sides: u8,
+    pub sides: u32,
 }
 
 #[inline(always)]
@@ -271,76 +321,121 @@ impl TileBlock {
         }
     }
 
-    /// Which triangles may block some sample of `region`, and which block all of them, for certain; bits are lanes.
+    /// Which triangles may block some sample of `part`, and what they do to all of them, for certain; bits are lanes.
     ///
-    /// The region must lie within that of the tile; the facing of edge-on triangles must have been settled.
+    /// The part must lie within the region of the tile; the facing of edge-on triangles must have been settled.
     #[inline(always)]
-    pub fn cull<S: Simd>(&self, s: S, region: &Region) -> (u8, u8) {
+    pub fn cull<S: Simd>(&self, s: S, part: &Part) -> PartVerdict {
         let b = &self.bounds;
-        let near = f32x8::load_array_ref(s, &b[0]).simd_le(region.hi[0])
-            & f32x8::load_array_ref(s, &b[1]).simd_ge(region.lo[0])
-            & f32x8::load_array_ref(s, &b[2]).simd_le(region.hi[1])
-            & f32x8::load_array_ref(s, &b[3]).simd_ge(region.lo[1])
-            & f32x8::load_array_ref(s, &b[4]).simd_ge(region.lo[2]);
+        let near = f32x8::load_array_ref(s, &b[0]).simd_le(part.hi[0])
+            & f32x8::load_array_ref(s, &b[1]).simd_ge(part.lo[0])
+            & f32x8::load_array_ref(s, &b[2]).simd_le(part.hi[1])
+            & f32x8::load_array_ref(s, &b[3]).simd_ge(part.lo[1])
+            & f32x8::load_array_ref(s, &b[4]).simd_ge(part.lo[2]);
         let near = bits(near);
         if near == 0 {
-            return (0, 0);
+            return PartVerdict::default();
         }
-        let [[xc, xh], [yc, yh]] = region.middle();
+        let [xc, yc, ..] = part.middle;
+        let [xh, yh, ..] = part.half;
         let zero = f32x8::splat(s, 0.0);
         let (mut out, mut least) = (zero, f32x8::splat(s, f32::INFINITY));
-        for k in 0..4 {
-            let m = load3(s, &self.m[k]);
-            let margin = f32x8::load_array_ref(s, &self.margin[k]);
-            let value = m[1].mul_add(yc, m[0].mul_add(xc, m[2]));
-            let reach = m[1].abs().mul_add(yh, m[0].abs().mul_add(xh, margin));
-            if k == 3 {
-                let det = f32x8::load_array_ref(s, &self.det[1]);
-                out = out.min((value - det * region.lo[2]) + reach);
-                least = least.min((value - det * region.hi[2]) - reach);
-            } else {
-                out = out.min(value + reach);
-                least = least.min(value - reach);
+        for k in 0..3 {
+            let (value, reach) = self.over(s, k, [xc, yc], [xh, yh]);
+            out = out.min(value + reach);
+            least = least.min(value - reach);
+        }
+        let (value, reach) = self.over(s, 3, [xc, yc], [xh, yh]);
+        let det = f32x8::load_array_ref(s, &self.det[1]);
+        out = out.min((value - det * part.lo[2]) + reach);
+        let beyond = (value - det * part.hi[2]) - reach;
+        let maybe = near & !bits(out.simd_lt(0.0));
+        let within = maybe & bits(least.simd_gt(0.0));
+        PartVerdict { maybe, within, covers: within & bits(beyond.simd_gt(0.0)) }
+    }
+
+    /// Test `k` at the middle of a region of directions, and how far it may be from that anywhere in it.
+    #[inline(always)]
+    fn over<S: Simd>(&self, s: S, k: usize, at: [f32; 2], half: [f32; 2]) -> (f32x8<S>, f32x8<S>) {
+        let m = load3(s, &self.m[k]);
+        let margin = f32x8::load_array_ref(s, &self.margin[k]);
+        let value = m[1].mul_add(at[1], m[0].mul_add(at[0], m[2]));
+        (value, m[1].abs().mul_add(half[1], m[0].abs().mul_add(half[0], margin)))
+    }
+
+    /// Tests triangle `lane` against up to 32 samples, eight a vector, of which those in `alive` count.
+    ///
+    /// Of the samples `p` has the coordinates along u, v and w, world coordinates but for the order: w comes without the face's
+    /// sign, which is `sign`. `within` says that [`TileBlock::cull`] has found all of them within the sides.
+    #[inline(always)]
+    pub fn test<S: Simd, const V: usize>(
+        &self,
+        s: S,
+        lane: usize,
+        [u, v, w]: [&[f32x8<S>; V]; 3],
+        sign: f32,
+        alive: u32,
+        within: bool,
+    ) -> Tested {
+        let zero = f32x8::splat(s, 0.0);
+        let mut q = [[zero; 3]; V];
+        let a = [self.a[0][lane], self.a[1][lane], self.a[2][lane]];
+        for i in 0..V {
+            // The product is exact: the same difference as in the frame.
+            q[i] = [u[i] - a[0], v[i] - a[1], w[i].mul_sub(sign, a[2])];
+        }
+        let (mut inside, mut out) = (u32::MAX, 0);
+        if !within {
+            let mut sides = [zero; V];
+            self.values(s, 0, lane, zero, &q, &mut sides);
+            let mut more = [zero; V];
+            self.values(s, 1, lane, f32x8::splat(s, self.det[0][lane]), &q, &mut more);
+            for i in 0..V {
+                sides[i] = sides[i].min(more[i]);
+            }
+            self.values(s, 2, lane, zero, &q, &mut more);
+            inside = 0;
+            for i in 0..V {
+                sides[i] = sides[i].min(more[i]);
+                out |= u32::from(bits(sides[i].simd_lt(-1.0))) << (8 * i);
+                inside |= u32::from(bits(sides[i].simd_gt(1.0))) << (8 * i);
             }
         }
-        let maybe = near & !bits(out.simd_lt(0.0));
-        (maybe, maybe & bits(least.simd_gt(0.0)))
-    }
-
-    /// Tests triangle `lane` against eight samples (world coordinates in the face's frame), of which those in `alive` count.
-    #[inline(always)]
-    pub fn lanes<S: Simd>(&self, s: S, lane: usize, p: V3<S>, alive: u8) -> TileLanes {
-        let q = [p[0] - self.a[0][lane], p[1] - self.a[1][lane], p[2] - self.a[2][lane]];
-        let zero = f32x8::splat(s, 0.0);
-        let ab = linear(q, &self.m[0], lane, zero);
-        let bc = linear(q, &self.m[1], lane, f32x8::splat(s, self.det[0][lane]));
-        let ca = linear(q, &self.m[2], lane, zero);
-        let plane = linear(q, &self.m[3], lane, zero);
-        let sides = ab.min(bc).min(ca);
-        let all = sides.min(plane);
-        let mut blocked = bits(all.simd_gt(1.0)) & alive;
-        let mut open = alive & !blocked & !bits(all.simd_lt(-1.0));
-        if open == 0 {
-            return TileLanes { blocked, plane: 0, sides: 0 };
-        }
-        // The plane test again, with the bound of each sample: most open lanes lie on a small triangle of their own.
-        let inside = bits(sides.simd_gt(1.0));
-        let q_abs = abs(q);
-        let pm = &self.plane_mag;
+        // The plane with the bound of each sample itself: most samples lie on a triangle of their own.
+        let mut plane = [zero; V];
+        self.values(s, 3, lane, zero, &q, &mut plane);
+        let mag = &self.plane_mag;
+        let mag = [mag[0][lane], mag[1][lane], mag[2][lane]];
         let floor = f32x8::splat(s, LEAST);
-        let bound = q_abs[2]
-            .mul_add(pm[2][lane], q_abs[1].mul_add(pm[1][lane], q_abs[0].mul_add(pm[0][lane], floor)));
-        let beyond = bits(plane.simd_gt(bound));
-        let before = bits(plane.simd_lt(-bound));
-        blocked |= open & inside & beyond;
-        open &= !before & !blocked;
-        TileLanes { blocked, plane: open & inside, sides: open & !inside }
+        let mut beyond = 0;
+        for i in 0..V {
+            let [x, y, z] = abs(q[i]);
+            let bound = z.mul_add(mag[2], y.mul_add(mag[1], x.mul_add(mag[0], floor)));
+            beyond |= u32::from(bits(plane[i].simd_gt(bound))) << (8 * i);
+            out |= u32::from(bits(plane[i].simd_lt(-bound))) << (8 * i);
+        }
+        let blocked = alive & inside & beyond;
+        let open = alive & !blocked & !out;
+        Tested { blocked, plane: open & inside, sides: open & !inside }
     }
-}
 
-#[inline(always)]
-fn linear<S: Simd>(q: V3<S>, m: &[[f32; 8]; 3], lane: usize, constant: f32x8<S>) -> f32x8<S> {
-    q[2].mul_add(m[2][lane], q[1].mul_add(m[1][lane], q[0].mul_add(m[0][lane], constant)))
+    /// Test `k` of one triangle at vectors of samples.
+    #[inline(always)]
+    fn values<S: Simd, const V: usize>(
+        &self,
+        s: S,
+        k: usize,
+        lane: usize,
+        constant: f32x8<S>,
+        q: &[V3<S>; V],
+        out: &mut [f32x8<S>; V],
+    ) {
+        let m = &self.m[k];
+        let m = splat3(s, [m[0][lane], m[1][lane], m[2][lane]]);
+        for i in 0..V {
+            out[i] = q[i][2].mul_add(m[2], q[i][1].mul_add(m[1], q[i][0].mul_add(m[0], constant)));
+        }
+    }
 }
 
 /// Bounds of eight triangles as seen from the light: least x, largest x, least y, largest y, largest r, all widened. Open

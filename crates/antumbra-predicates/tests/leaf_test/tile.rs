@@ -4,7 +4,7 @@
 use antumbra_predicates::exact;
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::plane::PlaneResolver;
-use antumbra_predicates::tile::{NEAREST, Region, Tile, TileBlock, TileLanes, TileVerdict};
+use antumbra_predicates::tile::{NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict};
 use fearless_simd::{Level, SimdBase, dispatch, f32x8};
 
 use crate::cases::{Case, Point, Rng, line};
@@ -17,6 +17,7 @@ struct Tally {
     covering: u32,
     flipped: u32,
     culled: u32,
+    within: u32,
     free: u32,
     blocked: u32,
     open_plane: u32,
@@ -65,18 +66,24 @@ fn prepare_at(level: Level, corner: &[[[f32; 8]; 3]; 3], live: u8, tile: &Tile) 
     (verdict, block)
 }
 
-fn cull_at(level: Level, block: &TileBlock, region: &Region) -> (u8, u8) {
-    dispatch!(level, s => block.cull(s, region))
+fn cull_at(level: Level, block: &TileBlock, region: &Region) -> PartVerdict {
+    dispatch!(level, s => block.cull(s, &Part::new(s, f32x8::load_array(s, region.pack()))))
 }
 
-fn lanes_at(level: Level, block: &TileBlock, lane: usize, p: &[[f32; 8]; 3], alive: u8) -> TileLanes {
+/// The samples twice over, as two vectors, the second in the place of samples that do not count.
+fn test_at(
+    level: Level,
+    block: &TileBlock,
+    lane: usize,
+    p: &[[f32; 8]; 3],
+    sign: f32,
+    within: bool,
+    alive: u32,
+) -> Tested {
     dispatch!(level, s => {
-        let p = [
-            f32x8::load_array_ref(s, &p[0]),
-            f32x8::load_array_ref(s, &p[1]),
-            f32x8::load_array_ref(s, &p[2]),
-        ];
-        block.lanes(s, lane, p, alive)
+        let twice = |v: &[f32; 8]| [f32x8::load_array_ref(s, v), f32x8::load_array_ref(s, v)];
+        let [u, v, w] = [twice(&p[0]), twice(&p[1]), twice(&p[2])];
+        block.test(s, lane, [&u, &v, &w], sign, alive, within)
     })
 }
 
@@ -142,15 +149,39 @@ fn check(level: Level, case: &Case, face: usize, live: u8, truth: &[[Truth; 16];
     // Halves of the tile: a region within it.
     for part in inside.chunks(8) {
         let region = bounds(&part.iter().map(|s| s.1).collect::<Vec<_>>());
-        let (maybe, covers) = cull_at(level, &block, &region);
-        let points = columns(&part.iter().map(|s| turn(face, case.samples[s.0])).collect::<Vec<_>>());
+        let PartVerdict { maybe, within, covers } = cull_at(level, &block, &region);
+        assert_eq!(
+            (within & !maybe) | (covers & !within),
+            0,
+            "covers without within, or within without maybe"
+        );
+        // As the method has them: axes in the order of the face, w with the sign of the world.
+        let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let points = columns(
+            &part
+                .iter()
+                .map(|s| {
+                    let [u, v, w] = turn(face, case.samples[s.0]);
+                    [u, v, w * sign]
+                })
+                .collect::<Vec<_>>(),
+        );
         let world = columns(&part.iter().map(|s| case.samples[s.0]).collect::<Vec<_>>());
         let alive = (0xffu32 >> (8 - part.len())) as u8;
         for lane in (0..8).filter(|lane| settled >> lane & 1 == 1) {
             let t = &case.triangles[lane];
             tally.culled += u32::from(maybe >> lane & 1 == 0) + u32::from(covers >> lane & 1);
-            let lanes = lanes_at(level, &block, lane, &points, alive);
-            assert_eq!((lanes.blocked | lanes.plane | lanes.sides) & !alive, 0, "dead samples");
+            let alive = u32::from(alive) << 8;
+            let found = test_at(level, &block, lane, &points, sign, false, alive);
+            assert_eq!((found.blocked | found.plane | found.sides) & !alive, 0, "dead samples");
+            let inside = within >> lane & 1 == 1;
+            if inside {
+                tally.within += 1;
+                let again = test_at(level, &block, lane, &points, sign, true, alive);
+                // Sides that are certain over a region are certain in its samples, or close to it: never wrong.
+                assert_eq!(found.blocked & !again.blocked, 0, "{level:?}, face {face}, lane {lane}");
+                assert_eq!(again.sides, 0, "sides are known");
+            }
             let plane = PlaneResolver::new(t, case.light);
             let plane = plane.map(|plane| plane_at(level, &plane, &world));
             for (bit, &(i, _)) in part.iter().enumerate() {
@@ -159,8 +190,9 @@ fn check(level: Level, case: &Case, face: usize, live: u8, truth: &[[Truth; 16];
                     || format!("{level:?}, face {face}: {}", line(t, case.light, case.samples[i], truth));
                 assert!(maybe >> lane & 1 == 1 || !truth.blocks, "culled: {}", wrong());
                 assert!(covers >> lane & 1 == 0 || truth.blocks, "region covered: {}", wrong());
-                let is = |mask: u8| mask >> bit & 1 == 1;
-                match (is(lanes.blocked), is(lanes.plane), is(lanes.sides)) {
+                assert!(!inside || truth.sides == [truth.facing; 3], "within: {}", wrong());
+                let is = |mask: u32| mask >> (8 + bit) & 1 == 1;
+                match (is(found.blocked), is(found.plane), is(found.sides)) {
                     (true, false, false) => {
                         tally.blocked += 1;
                         assert!(truth.blocks, "blocked: {}", wrong());
@@ -176,6 +208,7 @@ fn check(level: Level, case: &Case, face: usize, live: u8, truth: &[[Truth; 16];
                     (false, false, true) => tally.open_sides += 1,
                     _ => panic!("two answers: {}", wrong()),
                 }
+                let is = |mask: u8| mask >> bit & 1 == 1;
                 if let Some((beyond, unsure)) = plane
                     && !is(unsure)
                 {
@@ -203,7 +236,10 @@ fn certain_is_true_for_tiles() {
     }
     for (level, t) in levels.iter().zip(&tallies) {
         println!("{level:?}: {t:?}");
-        assert!(t.rejected > 1000 && t.covering > 100 && t.flipped > 100 && t.culled > 1000, "{t:?}");
+        assert!(
+            t.rejected > 1000 && t.covering > 100 && t.flipped > 100 && t.culled > 1000 && t.within > 100,
+            "{t:?}"
+        );
         assert!(t.free > 3000 && t.blocked > 1000 && t.open_plane > 300 && t.open_sides > 1000, "{t:?}");
         assert!(t.plane_sure > 1000, "{t:?}");
     }

@@ -8,13 +8,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 use antumbra_predicates::Triangle;
 use antumbra_predicates::filter::LIMIT;
-use antumbra_predicates::tile::{NEAREST, WIDEN};
+use antumbra_predicates::tile::{NEAREST, Region, WIDEN};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
-use super::grid::{Fit, GRID, Grid, NODE, NOTHING, Tiles};
+use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
+use super::shuffle::corners;
 use super::tuning::{FEW_CELLS, TRIANGLES};
 
 /// What all workers share.
@@ -102,29 +103,20 @@ pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
 /// Up to eight triangles.
 #[inline(always)]
 fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) {
-    let mut at = [0; 8];
-    for (i, at) in at.iter_mut().enumerate() {
-        *at = first + i.min(count - 1);
-    }
-    let t = pass.triangles;
-    let [t0, t1, t2, t3, t4, t5, t6, t7] =
-        [&t[at[0]], &t[at[1]], &t[at[2]], &t[at[3]], &t[at[4]], &t[at[5]], &t[at[6]], &t[at[7]]];
     let zero = f32x8::splat(s, 0.0);
     let one = f32x8::splat(s, 1.0);
-    let mut raw = [[zero; 3]; 3];
-    // Infinity and NaN times zero are NaN.
-    let mut finite = zero;
-    for c in 0..3 {
-        for k in 0..3 {
-            let v = f32x8::load_array(
-                s,
-                [t0[c][k], t1[c][k], t2[c][k], t3[c][k], t4[c][k], t5[c][k], t6[c][k], t7[c][k]],
-            );
-            finite = v.mul_add(zero, finite);
-            raw[c][k] = v;
+    let raw = match pass.triangles[first..].first_chunk() {
+        Some([a, b, c, d, e, f, g, h]) => corners(s, [a, b, c, d, e, f, g, h]),
+        None => {
+            let at = |i: usize| &pass.triangles[first + i.min(count - 1)];
+            corners(s, [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)])
         }
+    };
+    // Infinity and NaN times zero are NaN. What is behind `count` is the last again, or real and not ours: no harm.
+    let mut finite = zero;
+    for v in raw.as_flattened() {
+        finite = v.mul_add(zero, finite);
     }
-    out.broken |= finite.simd_eq(zero).to_bitmask() as u8 != 0xff;
     let degenerate = same(raw[0], raw[1]) | same(raw[1], raw[2]) | same(raw[2], raw[0]);
     let live = !degenerate & ((1 << count) - 1);
     out.counts.setup_tris += u64::from(live.count_ones());
@@ -157,30 +149,59 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
         & w0.min(w1).min(w2).simd_ge(NEAREST)
         & w0.max(w1).max(w2).simd_le(LIMIT);
     let simple = simple.to_bitmask() as u32;
-    let face = f0.to_array();
-    let mut alone = live;
+    let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
+    let faces = f0.to_array();
     let mut found = 0;
-    let common = face[(live & simple).trailing_zeros() as usize & 7];
-    let one_face = live & simple & !(f0.simd_eq(common).to_bitmask() as u32) == 0;
-    if one_face && live & simple != 0 {
-        let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
-        if let Some(taken) = together(s, pass, common as usize, first, live & simple, &seen, out) {
-            found = taken;
-            alone &= !simple;
-        }
+    // Face by face; mostly there is one.
+    let mut left = live & simple;
+    while left != 0 {
+        let face = faces[left.trailing_zeros() as usize];
+        let here = left & f0.simd_eq(face).to_bitmask() as u32;
+        left &= !here;
+        found |= within(s, pass, face as usize, first, here, &seen, out);
     }
-    if alone != 0 {
-        let bounds = [x_lo.to_array(), x_hi.to_array(), y_lo.to_array(), y_hi.to_array(), r_hi.to_array()];
-        while alone != 0 {
-            let i = alone.trailing_zeros() as usize;
-            alone &= alone - 1;
-            let [x_lo, x_hi, y_lo, y_hi, r] =
-                [bounds[0][i], bounds[1][i], bounds[2][i], bounds[3][i], bounds[4][i]];
-            let seen = (simple >> i & 1 == 1).then_some(Seen { x: [x_lo, x_hi], y: [y_lo, y_hi], r });
-            found |= u32::from(single(s, pass, (first + i) as u32, face[i] as usize, seen, out)) << i;
-        }
+    let mut crossing = live & !simple;
+    while crossing != 0 {
+        let i = crossing.trailing_zeros() as usize;
+        crossing &= crossing - 1;
+        found |= u32::from(cross(s, pass, (first + i) as u32, out)) << i;
     }
     out.counts.culled_tris += u64::from((live & !found).count_ones());
+}
+
+/// Triangles of eight that are seen within one face. Returns those that some tile took.
+#[inline(always)]
+fn within<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    face: usize,
+    first: usize,
+    mut live: u32,
+    seen: &SeenEight<S>,
+    out: &mut Binned,
+) -> u32 {
+    let grid = &pass.tiles.grids[face];
+    if grid.root == NOTHING {
+        return 0;
+    }
+    let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
+    if let Some(taken) = together(s, pass, grid, first, live, seen, [&columns, &rows], out) {
+        return taken;
+    }
+    let [x0, x1] = grid.fit.wider(s, 0, seen.x);
+    let [y0, y1] = grid.fit.wider(s, 1, seen.y);
+    let (x, y, r) = (seen.x, seen.y, seen.r.to_array());
+    let (x, y) = ([x[0].to_array(), x[1].to_array()], [y[0].to_array(), y[1].to_array()]);
+    let mut found = 0;
+    while live != 0 {
+        let i = live.trailing_zeros() as usize;
+        live &= live - 1;
+        let seen = Seen { x: [x[0][i], x[1][i]], y: [y[0][i], y[1][i]], r: r[i] };
+        let entry = Entry { id: (first + i) as u32, at: [columns[i] as u16, rows[i] as u16] };
+        let took = place(s, pass, face, entry, [x0[i], x1[i], y0[i], y1[i]], &seen, out);
+        found |= u32::from(took) << i;
+    }
+    found
 }
 
 /// Bounds of eight triangles as seen from the light, within one face.
@@ -197,29 +218,24 @@ struct SeenEight<S: Simd> {
 fn together<S: Simd>(
     s: S,
     pass: &Pass<'_>,
-    face: usize,
+    grid: &Grid,
     first: usize,
     live: u32,
     seen: &SeenEight<S>,
+    [columns, rows]: [&[u32; 8]; 2],
     out: &mut Binned,
 ) -> Option<u32> {
     let tiles = pass.tiles;
-    let grid = &tiles.grids[face];
-    if grid.root == NOTHING {
-        return Some(0);
-    }
     let lanes = mask32x8::from_bitmask(s, u64::from(live));
     let (most, least) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
-    let all = Seen {
-        x: [lanes.select(seen.x[0], most).reduce_min(), lanes.select(seen.x[1], least).reduce_max()],
-        y: [lanes.select(seen.y[0], most).reduce_min(), lanes.select(seen.y[1], least).reduce_max()],
-        r: 0.0,
-    };
-    let [x0, x1, y0, y1] = wider(grid, all.cells(&grid.fit));
-    if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || crowded(tiles, grid, [x0, x1, y0, y1]) {
+    let x = [lanes.select(seen.x[0], most).reduce_min(), lanes.select(seen.x[1], least).reduce_max()];
+    let y = [lanes.select(seen.y[0], most).reduce_min(), lanes.select(seen.y[1], least).reduce_max()];
+    let last = (1 << grid.levels) - 1;
+    let [x0, y0] = [grid.fit.cell(0, x[0]).saturating_sub(1), grid.fit.cell(1, y[0]).saturating_sub(1)];
+    let [x1, y1] = [(grid.fit.cell(0, x[1]) + 1).min(last), (grid.fit.cell(1, y[1]) + 1).min(last)];
+    if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || grid.crowded([x0, x1, y0, y1]) {
         return None;
     }
-    let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
     let mut found = 0;
     each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
         let region = &tiles.region[tile as usize];
@@ -242,18 +258,6 @@ fn together<S: Simd>(
     Some(found)
 }
 
-/// Cells, and one more all round: leaves may stick out of their tiles by one cell ([`Tiles::home`]).
-#[inline(always)]
-fn wider(grid: &Grid, cells: [u32; 4]) -> [u32; 4] {
-    let last = (1 << grid.levels) - 1;
-    [
-        cells[0].saturating_sub(1),
-        (cells[1] + 1).min(last),
-        cells[2].saturating_sub(1),
-        (cells[3] + 1).min(last),
-    ]
-}
-
 /// Calls `visit` once with every tile of a range of cells, none of which has a grid of its own.
 #[inline(always)]
 fn each_tile(tiles: &Tiles, grid: &Grid, [x0, x1, y0, y1]: [u32; 4], mut visit: impl FnMut(u32)) {
@@ -274,33 +278,19 @@ fn each_tile(tiles: &Tiles, grid: &Grid, [x0, x1, y0, y1]: [u32; 4], mut visit: 
     }
 }
 
-/// One triangle; `seen` is `None` if it crosses from face to face. True if any tile took it.
-#[inline(always)]
-fn single<S: Simd>(
-    s: S,
-    pass: &Pass<'_>,
-    id: u32,
-    face: usize,
-    seen: Option<Seen>,
-    out: &mut Binned,
-) -> bool {
-    let before = out.ids.items();
-    let accepts = out.counts.node_accept;
-    if let Some(seen) = seen {
-        if pass.tiles.grids[face].root != NOTHING {
-            place(s, pass, id, face, &seen, out);
-        }
-    } else {
-        for face in 0..FACES {
-            let root = pass.tiles.grids[face].root;
-            if root != NOTHING {
-                out.stack.clear();
-                out.stack.push(root);
-                start(s, pass, id, face, out);
-            }
+/// A triangle that crosses from face to face, or is badly rounded: down from all roots. True if any tile took it.
+#[inline(never)]
+fn cross<S: Simd>(s: S, pass: &Pass<'_>, id: u32, out: &mut Binned) -> bool {
+    let before = (out.ids.items(), out.counts.node_accept);
+    for face in 0..FACES {
+        let root = pass.tiles.grids[face].root;
+        if root != NOTHING {
+            out.stack.clear();
+            out.stack.push(root);
+            start(s, pass, id, face, out);
         }
     }
-    out.ids.items() != before || accepts != out.counts.node_accept
+    before != (out.ids.items(), out.counts.node_accept)
 }
 
 /// Lanes in which two corners are one point.
@@ -330,32 +320,42 @@ struct Seen {
 }
 
 impl Seen {
-    /// First and last column, first and last row of the cells.
+    /// Whether it may block some sample of a region.
     #[inline(always)]
-    fn cells(&self, fit: &Fit) -> [u32; 4] {
-        [fit.cell(0, self.x[0]), fit.cell(0, self.x[1]), fit.cell(1, self.y[0]), fit.cell(1, self.y[1])]
+    fn meets(&self, region: &Region) -> bool {
+        (self.r >= region.lo[2])
+            & (self.x[0] <= region.hi[0])
+            & (self.x[1] >= region.lo[0])
+            & (self.y[0] <= region.hi[1])
+            & (self.y[1] >= region.lo[1])
     }
 }
 
-/// A triangle within one face.
+/// A triangle within one face, in a range of cells. True if any tile took it.
 #[inline(always)]
-fn place<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, seen: &Seen, out: &mut Binned) {
+fn place<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    face: usize,
+    entry: Entry,
+    [x0, x1, y0, y1]: [u32; 4],
+    seen: &Seen,
+    out: &mut Binned,
+) -> bool {
     let tiles = pass.tiles;
     let grid = &tiles.grids[face];
-    let [x0, x1, y0, y1] = wider(grid, seen.cells(&grid.fit));
-    let entry = Entry { id, at: [grid.fit.place(0, seen.x[0]), grid.fit.place(1, seen.y[0])] };
-    let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
     // Tiles are squares: opposite corners in one tile, all in it.
     let first = grid.at(x0, y0);
     if first == grid.at(x1, y1) && first & GRID == 0 {
-        push(pass, first, entry, seen, out);
-        return;
+        return push(pass, first, entry, seen, out);
     }
     // A few cells: their tiles one by one cost less than a descent.
-    if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && !crowded(tiles, grid, [x0, x1, y0, y1]) {
-        each_tile(tiles, grid, [x0, x1, y0, y1], |tile| push(pass, tile, entry, seen, out));
-        return;
+    if (x1 - x0 + 1) * (y1 - y0 + 1) <= FEW_CELLS && !grid.crowded([x0, x1, y0, y1]) {
+        let mut found = false;
+        each_tile(tiles, grid, [x0, x1, y0, y1], |tile| found |= push(pass, tile, entry, seen, out));
+        return found;
     }
+    let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
     // The finest level at which two by two cells hold the triangle. Nodes are at even levels.
     let mut shift = (x1 - x0).max(y1 - y0).max(1).ilog2();
     if (x1 >> shift) - (x0 >> shift) > 1 || (y1 >> shift) - (y0 >> shift) > 1 {
@@ -373,42 +373,40 @@ fn place<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, seen: &Seen, out:
         } else {
             NODE | grid.node(level, x >> shift, y >> shift)
         };
-        if !out.stack.contains(&child) {
+        let region = match child & NODE {
+            0 => &tiles.region[child as usize],
+            _ => &tiles.nodes[(child & !NODE) as usize].region,
+        };
+        if seen.meets(region) && !out.stack.contains(&child) {
             out.stack.push(child);
         }
     }
-    start(s, pass, id, face, out);
+    if out.stack.is_empty() {
+        return false;
+    }
+    let before = (out.ids.items(), out.counts.node_accept);
+    start(s, pass, entry.id, face, out);
+    before != (out.ids.items(), out.counts.node_accept)
 }
 
-/// Whether a range of cells holds one that has a grid of its own.
+/// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered. True if it was added.
 #[inline(always)]
-fn crowded(tiles: &Tiles, grid: &Grid, [x0, x1, y0, y1]: [u32; 4]) -> bool {
-    tiles.has_crowds() && (y0..=y1).any(|y| (x0..=x1).any(|x| grid.at(x, y) & GRID != 0))
-}
-
-/// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered.
-#[inline(always)]
-fn push(pass: &Pass<'_>, tile: u32, entry: Entry, seen: &Seen, out: &mut Binned) {
-    let region = &pass.tiles.region[tile as usize];
-    let near = (seen.r >= region.lo[2])
-        & (seen.x[0] <= region.hi[0])
-        & (seen.x[1] >= region.lo[0])
-        & (seen.y[0] <= region.hi[1])
-        & (seen.y[1] >= region.lo[1]);
-    if near && !pass.covered[tile as usize].load(Relaxed) {
+fn push(pass: &Pass<'_>, tile: u32, entry: Entry, seen: &Seen, out: &mut Binned) -> bool {
+    let take = seen.meets(&pass.tiles.region[tile as usize]) && !pass.covered[tile as usize].load(Relaxed);
+    if take {
         out.ids.push(tile, entry);
     }
+    take
 }
 
 /// Descends from the entries on the stack.
 #[inline(never)]
 fn start<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, out: &mut Binned) {
-    let caster = Caster::new(&pass.triangles[id as usize], pass.light, face);
     out.counts.descents += 1;
     let Binned { ids, stack, counts, .. } = out;
     let mut target = Target { tiles: pass.tiles, covered: pass.covered, id, ids, counts };
     s.vectorize(
         #[inline(always)]
-        || descend(s, &caster, stack, &mut target),
+        || descend(s, &Caster::new(s, &pass.triangles[id as usize], pass.light, face), stack, &mut target),
     );
 }

@@ -1,6 +1,6 @@
 //! Bounds of blocks of triangles, eight of which are tested at once.
 
-use antumbra_predicates::tile::Region;
+use antumbra_predicates::tile::Part;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
 /// Bounds: least x, largest x, least y, largest y, largest r.
@@ -50,15 +50,15 @@ impl Boxes {
         [a[i % 8], b[i % 8], c[i % 8], d[i % 8], e[i % 8]]
     }
 
-    /// Which of the eight from `first` on (a multiple of 8) meet a region; bits.
+    /// Which of the eight from `first` on (a multiple of 8) meet a part of the tile; bits.
     #[inline(always)]
-    pub(super) fn near<S: Simd>(&self, s: S, first: usize, region: &Region) -> u8 {
+    pub(super) fn near<S: Simd>(&self, s: S, first: usize, part: &Part) -> u8 {
         let Eight([x_lo, x_hi, y_lo, y_hi, r_hi]) = &self.eights[first / 8];
-        let near = f32x8::load_array_ref(s, x_lo).simd_le(region.hi[0])
-            & f32x8::load_array_ref(s, x_hi).simd_ge(region.lo[0])
-            & f32x8::load_array_ref(s, y_lo).simd_le(region.hi[1])
-            & f32x8::load_array_ref(s, y_hi).simd_ge(region.lo[1])
-            & f32x8::load_array_ref(s, r_hi).simd_ge(region.lo[2]);
+        let near = f32x8::load_array_ref(s, x_lo).simd_le(part.hi[0])
+            & f32x8::load_array_ref(s, x_hi).simd_ge(part.lo[0])
+            & f32x8::load_array_ref(s, y_lo).simd_le(part.hi[1])
+            & f32x8::load_array_ref(s, y_hi).simd_ge(part.lo[1])
+            & f32x8::load_array_ref(s, r_hi).simd_ge(part.lo[2]);
         near.to_bitmask() as u8
     }
 }

@@ -1,6 +1,7 @@
 //! Pictures of the work: one number a sample.
 
 use super::layout::BLOCK;
+use super::leaves::Loose;
 use super::{LightTiles, Method, Samples};
 use crate::methods::debug::{DebugView, check_view, complete, group};
 use crate::scene::{InputError, Triangle};
@@ -44,14 +45,15 @@ pub(super) fn draw(
         for worker in &method.gathered {
             worker.leaves.each(tile, |leaves| {
                 for leaf in leaves {
-                    let whole = leaf.mask == u32::MAX;
-                    (0..BLOCK)
-                        .filter(|i| leaf.mask >> i & 1 == 1)
-                        .for_each(|i| put(leaf.block as usize, i, u8::from(!whole)));
+                    let (block, mask) = (leaf.block() as usize, leaf.mask());
+                    let held = u8::from(mask != u32::MAX);
+                    (0..BLOCK).filter(|i| mask >> i & 1 == 1).for_each(|i| put(block, i, held));
                 }
             });
             worker.loose.each(tile, |slots| {
-                slots.iter().for_each(|s| put(s.slot as usize / BLOCK, s.slot as usize % BLOCK, 2));
+                for (block, sample) in slots.iter().map(Loose::slot) {
+                    put(block, sample, 2);
+                }
             });
         }
     }

@@ -13,75 +13,84 @@ use super::grid::{NODE, Node, Tiles};
 use super::lists::Lists;
 
 /// A triangle in the frame of a face: bounds of its directions and the four tests, as in
-/// [`antumbra_predicates::tile::TileBlock`], one triangle instead of eight.
+/// [`antumbra_predicates::tile::TileBlock`], one triangle instead of eight: all lanes are the same.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Caster {
+pub(super) struct Caster<S: Simd> {
     /// Least x, largest x, least y, largest y, largest r.
-    bounds: [f32; 5],
-    m: [[f32; 3]; 4],
-    margin: [f32; 4],
-    det: f32,
-    det_margin: f32,
+    bounds: [f32x8<S>; 5],
+    m: [[f32x8<S>; 3]; 4],
+    margin: [f32x8<S>; 4],
+    det: f32x8<S>,
+    det_margin: f32x8<S>,
     /// The facing is certain: the tests may be used.
     certain: bool,
 }
 
-impl Caster {
-    pub(super) fn new(triangle: &Triangle, light: [f32; 3], face: usize) -> Caster {
+impl<S: Simd> Caster<S> {
+    #[inline(always)]
+    pub(super) fn new(s: S, triangle: &Triangle, light: [f32; 3], face: usize) -> Caster<S> {
         let frame = Frame::of(face);
         let l = frame.turn(light);
         let raw = triangle.map(|p| frame.turn(p));
-        let sub = |a: [f32; 3], b: [f32; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-        let abs = |a: [f32; 3]| a.map(f32::abs);
-        let cross = |a: [f32; 3], b: [f32; 3]| {
-            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-        };
-        // Sums of absolute products of the cross product, underflow covered.
-        let mag = |a: [f32; 3], b: [f32; 3]| {
-            let (a, b) = (abs(a), abs(b));
-            [
-                a[1] * b[2] + a[2] * b[1] + TINY,
-                a[2] * b[0] + a[0] * b[2] + TINY,
-                a[0] * b[1] + a[1] * b[0] + TINY,
-            ]
-        };
-        let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let rel = raw.map(|p| sub(p, l));
-        let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];
+        let (zero, one) = (f32x8::splat(s, 0.0), f32x8::splat(s, 1.0));
+        let (tiny, kappa) = (f32x8::splat(s, TINY), f32x8::splat(s, KAPPA));
+        let (mut rel, mut edge) = ([[zero; 3]; 3], [[zero; 3]; 3]);
+        let (mut largest, mut front) = (zero, true);
+        for i in 0..3 {
+            let (from, to) = (raw[i], raw[(i + 1) % 3]);
+            for k in 0..3 {
+                rel[i][k] = f32x8::splat(s, from[k]) - l[k];
+                edge[i][k] = f32x8::splat(s, to[k]) - from[k];
+                largest = largest.max(rel[i][k].abs());
+            }
+            front &= rel[i][2][0] >= NEAREST;
+        }
+        let tame = largest[0] <= LIMIT;
         let n = cross(edge[2], edge[0]);
-        let n_mag = mag(edge[2], edge[0]);
-        let det = dot(n, rel[0]);
-        let det_bound = KAPPA * dot(n_mag, abs(rel[0])) + TINY;
-        let tame = rel.as_flattened().iter().all(|v| v.abs() <= LIMIT);
-        let sign = if det < 0.0 { -1.0 } else { 1.0 };
-        let m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
-        let mags = [mag(rel[0], edge[0]), mag(rel[1], edge[1]), mag(rel[2], edge[2]), n_mag];
-        let mut bounds = [f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::INFINITY];
-        if tame && rel.iter().all(|p| p[2] >= NEAREST) {
-            let r = rel.map(|p| 1.0 / p[2]);
+        let n_mag = magnitude(edge[2], edge[0], tiny);
+        let det = n[2].mul_add(rel[0][2], n[1].mul_add(rel[0][1], n[0] * rel[0][0]));
+        let [x, y, z] = [rel[0][0].abs(), rel[0][1].abs(), rel[0][2].abs()];
+        let det_bound = kappa.mul_add(n_mag[2].mul_add(z, n_mag[1].mul_add(y, n_mag[0] * x)), tiny);
+        let sign = if det[0] < 0.0 { -1.0 } else { 1.0 };
+        let mut m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
+        let mags = [
+            magnitude(rel[0], edge[0], tiny),
+            magnitude(rel[1], edge[1], tiny),
+            magnitude(rel[2], edge[2], tiny),
+            n_mag,
+        ];
+        let mut margin = [zero; 4];
+        for k in 0..4 {
+            m[k] = [m[k][0] * sign, m[k][1] * sign, m[k][2] * sign];
+            margin[k] = (kappa + kappa) * (mags[k][0] + mags[k][1] + mags[k][2]);
+        }
+        let infinity = f32x8::splat(s, f32::INFINITY);
+        let mut bounds = [-infinity, infinity, -infinity, infinity, infinity];
+        if tame && front {
+            let r = [one / rel[0][2], one / rel[1][2], one / rel[2][2]];
+            let widen = f32x8::splat(s, WIDEN);
             for k in 0..2 {
-                let c = [0, 1, 2].map(|i| rel[i][k] * r[i]);
-                let lo = c[0].min(c[1]).min(c[2]);
-                let hi = c[0].max(c[1]).max(c[2]);
-                bounds[2 * k] = lo - (lo.abs() * WIDEN + WIDEN);
-                bounds[2 * k + 1] = hi + (hi.abs() * WIDEN + WIDEN);
+                let c = [rel[0][k] * r[0], rel[1][k] * r[1], rel[2][k] * r[2]];
+                let (lo, hi) = (c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]));
+                bounds[2 * k] = lo - lo.abs().mul_add(widen, widen);
+                bounds[2 * k + 1] = hi + hi.abs().mul_add(widen, widen);
             }
             let r = r[0].max(r[1]).max(r[2]);
-            bounds[4] = r + r * WIDEN;
+            bounds[4] = r.mul_add(widen, r);
         }
         Caster {
             bounds,
-            m: m.map(|v| v.map(|x| x * sign)),
-            margin: mags.map(|v| 2.0 * KAPPA * (v[0] + v[1] + v[2])),
+            m,
+            margin,
             det: det * sign,
-            det_margin: 2.0 * det_bound,
-            certain: tame && det.abs() > det_bound,
+            det_margin: det_bound + det_bound,
+            certain: tame && det.abs().simd_gt(det_bound).any_true(),
         }
     }
 
     /// Of eight children: which may the triangle block, which does it cover? Bits are children.
     #[inline(always)]
-    fn against<S: Simd>(&self, s: S, node: &Node, first: usize) -> (u8, u8) {
+    fn against(&self, s: S, node: &Node, first: usize) -> (u8, u8) {
         let lo = [
             part(s, &node.bounds[0], first),
             part(s, &node.bounds[1], first),
@@ -107,15 +116,12 @@ impl Caster {
         let (mut out, mut least) = (zero, f32x8::splat(s, f32::INFINITY));
         for k in 0..4 {
             let m = self.m[k];
-            let m = [f32x8::splat(s, m[0]), f32x8::splat(s, m[1]), f32x8::splat(s, m[2])];
             let value = m[1].mul_add(yc, m[0].mul_add(xc, m[2]));
-            let margin = f32x8::splat(s, self.margin[k]);
-            let reach = m[1].abs().mul_add(yh, m[0].abs().mul_add(xh, margin));
+            let reach = m[1].abs().mul_add(yh, m[0].abs().mul_add(xh, self.margin[k]));
             if k == 3 {
-                let det = f32x8::splat(s, self.det);
-                let reach = hi[2].mul_add(f32x8::splat(s, self.det_margin), reach);
-                out = out.min((value - det * lo[2]) + reach);
-                least = least.min((value - det * hi[2]) - reach);
+                let reach = hi[2].mul_add(self.det_margin, reach);
+                out = out.min((value - self.det * lo[2]) + reach);
+                least = least.min((value - self.det * hi[2]) - reach);
             } else {
                 out = out.min(value + reach);
                 least = least.min(value - reach);
@@ -124,6 +130,22 @@ impl Caster {
         let maybe = near & !(out.simd_lt(0.0).to_bitmask() as u8);
         (maybe, maybe & least.simd_gt(0.0).to_bitmask() as u8)
     }
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+}
+
+/// Sums of absolute products of the cross product, underflow covered.
+#[inline(always)]
+fn magnitude<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3], tiny: f32x8<S>) -> [f32x8<S>; 3] {
+    let (a, b) = ([a[0].abs(), a[1].abs(), a[2].abs()], [b[0].abs(), b[1].abs(), b[2].abs()]);
+    [
+        a[1].mul_add(b[2], a[2].mul_add(b[1], tiny)),
+        a[2].mul_add(b[0], a[0].mul_add(b[2], tiny)),
+        a[0].mul_add(b[1], a[1].mul_add(b[0], tiny)),
+    ]
 }
 
 #[inline(always)]
@@ -164,11 +186,11 @@ impl Target<'_> {
 
 /// Visits all entries on the stack and below.
 #[inline(always)]
-pub(super) fn descend<S: Simd>(s: S, caster: &Caster, stack: &mut Vec<u32>, target: &mut Target<'_>) {
+pub(super) fn descend<S: Simd>(s: S, caster: &Caster<S>, stack: &mut Vec<u32>, target: &mut Target<'_>) {
     while let Some(entry) = stack.pop() {
         if entry & NODE == 0 {
             // A tile that was an entry itself: tested in the tile pass.
-            if caster.bounds[4] >= target.tiles.region[entry as usize].lo[2]
+            if caster.bounds[4][0] >= target.tiles.region[entry as usize].lo[2]
                 && !target.covered[entry as usize].load(Relaxed)
             {
                 target.ids.push(entry, Entry::large(target.id));

@@ -60,32 +60,51 @@ impl Fit {
     /// The same for eight numbers.
     #[inline(always)]
     pub(super) fn cells<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
-        let c = (x - self.origin[axis]) * self.scale[axis];
-        let c = c.simd_lt(self.last).select(c, f32x8::splat(s, self.last));
-        let c = c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0));
-        let bits: u32x8<S> = (c + MAGIC).bitcast();
+        self.whole(s, (x - self.origin[axis]) * self.scale[axis])
+    }
+
+    #[inline(always)]
+    fn whole<S: Simd>(&self, s: S, c: f32x8<S>) -> [u32; 8] {
+        let bits: u32x8<S> = (self.clamped(s, c) + MAGIC).bitcast();
         (bits & CELL_BITS).to_array()
+    }
+
+    #[inline(always)]
+    fn clamped<S: Simd>(&self, s: S, c: f32x8<S>) -> f32x8<S> {
+        let c = c.simd_lt(self.last).select(c, f32x8::splat(s, self.last));
+        c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0))
+    }
+
+    /// Cells of packed bounds ([`Region::pack`]): column and row of the least are numbers 0 and 1, of the largest 4 and 5.
+    #[inline(always)]
+    fn ends<S: Simd>(&self, s: S, sides: f32x8<S>) -> [u32; 8] {
+        let [[x, y], [a, b]] = [self.origin, self.scale];
+        let at = sides * f32x8::load_array(s, [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
+        let c = (at - f32x8::load_array(s, [x, y, 0.0, 0.0, x, y, 0.0, 0.0]))
+            * f32x8::load_array(s, [a, b, 0.0, 0.0, a, b, 0.0, 0.0]);
+        self.whole(s, c)
+    }
+
+    /// The cells of two sides, and one more all round: leaves may stick out of their tiles by one cell ([`Tiles::home`]).
+    #[inline(always)]
+    pub(super) fn wider<S: Simd>(&self, s: S, axis: usize, [lo, hi]: [f32x8<S>; 2]) -> [[u32; 8]; 2] {
+        let (origin, scale) = (self.origin[axis], self.scale[axis]);
+        let lo = (self.clamped(s, (lo - origin) * scale) + MAGIC) - 1.0;
+        let hi = (self.clamped(s, (hi - origin) * scale) + MAGIC) + 1.0;
+        let lo: u32x8<S> = lo.max(MAGIC).bitcast();
+        let hi: u32x8<S> = hi.min(MAGIC + self.last).bitcast();
+        [(lo & CELL_BITS).to_array(), (hi & CELL_BITS).to_array()]
     }
 
     /// In [`PLACES`] of cells.
     #[inline(always)]
-    pub(super) fn place(&self, axis: usize, x: f32) -> u16 {
-        self.fine().cell(axis, x) as u16
-    }
-
-    #[inline(always)]
-    fn fine(&self) -> Fit {
-        Fit {
-            origin: self.origin,
-            scale: [self.scale[0] * PLACES as f32, self.scale[1] * PLACES as f32],
-            last: self.last * PLACES as f32,
-        }
-    }
-
-    /// In [`PLACES`] of cells, for eight numbers.
-    #[inline(always)]
     pub(super) fn places<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
-        self.fine().cells(s, axis, x)
+        let last = self.last * PLACES as f32;
+        let c = (x - self.origin[axis]) * (self.scale[axis] * PLACES as f32);
+        let c = c.simd_lt(last).select(c, f32x8::splat(s, last));
+        let c = c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0));
+        let bits: u32x8<S> = (c + MAGIC).bitcast();
+        (bits & CELL_BITS).to_array()
     }
 }
 
@@ -108,7 +127,11 @@ pub(super) struct Grid {
     /// Tile, or [`NODE`] and a number; [`NOTHING`] where there are no samples.
     pub(super) root: u32,
     counts: Vec<Vec<u32>>,
+    /// Cells around all that hold a grid: first and last column, first and last row.
+    crowds: [u32; 4],
 }
+
+const NOWHERE: [u32; 4] = [u32::MAX, 0, u32::MAX, 0];
 
 impl Grid {
     /// Fits the grid to points within `bounds`, and counts them.
@@ -122,6 +145,7 @@ impl Grid {
         self.counts.resize_with(LEVELS as usize + 1, Vec::new);
         self.nodes.resize_with(LEVELS as usize / 2 + 1, Vec::new);
         self.cells.resize(side * side, NOTHING);
+        self.crowds = NOWHERE;
         let finest = &mut self.counts[levels as usize];
         finest.clear();
         finest.resize(side * side, 0);
@@ -147,6 +171,14 @@ impl Grid {
     #[inline(always)]
     pub(super) fn at(&self, x: u32, y: u32) -> u32 {
         self.cells[(y << self.levels | x) as usize]
+    }
+
+    /// Whether a range of cells (first and last column, first and last row) holds one that has a grid of its own.
+    #[inline(always)]
+    pub(super) fn crowded(&self, [x0, x1, y0, y1]: [u32; 4]) -> bool {
+        let [first_x, last_x, first_y, last_y] = self.crowds;
+        let (columns, rows) = (x0.max(first_x)..=x1.min(last_x), y0.max(first_y)..=y1.min(last_y));
+        !columns.is_empty() && rows.into_iter().any(|y| columns.clone().any(|x| self.at(x, y) & GRID != 0))
     }
 
     /// The node at an even level, if the tree is that deep there.
@@ -221,11 +253,6 @@ impl Tiles {
         }
     }
 
-    /// Whether any cell has a grid of its own.
-    pub(super) fn has_crowds(&self) -> bool {
-        self.used > FACES
-    }
-
     /// A tile is 2 to this many cells wide.
     #[inline(always)]
     pub(super) fn shift(&self, tile: usize) -> u32 {
@@ -251,20 +278,24 @@ impl Tiles {
         }
     }
 
-    /// The tile that takes all samples of a region: they may stick out of its square by one cell of the face's grid, as
+    /// The tile that takes all samples within packed bounds: they may stick out of its square by one cell of the face's grid, as
     /// [`super::bin`] looks one cell farther. `None` if no tile takes them all.
     #[inline(always)]
-    pub(super) fn home(&self, face: usize, region: &Region) -> Option<u32> {
+    pub(super) fn home<S: Simd>(&self, s: S, face: usize, sides: f32x8<S>) -> Option<u32> {
         let grid = &self.grids[face];
-        let (x0, x1) = (grid.fit.cell(0, region.lo[0]), grid.fit.cell(0, region.hi[0]));
-        let (y0, y1) = (grid.fit.cell(1, region.lo[1]), grid.fit.cell(1, region.hi[1]));
+        let [x0, y0, _, _, x1, y1, _, _] = grid.fit.ends(s, sides);
         let at = grid.at((x0 + x1) / 2, (y0 + y1) / 2);
         if at & GRID != 0 {
-            let tile = self.find(face, region.lo[0], region.lo[1]);
-            return (tile == self.find(face, region.hi[0], region.hi[1])).then_some(tile);
+            let tile = self.find(face, sides[0], sides[1]);
+            return (tile == self.find(face, -sides[4], -sides[5])).then_some(tile);
         }
         let [first_x, last_x, first_y, last_y] = self.cells[at as usize].map(u32::from);
-        (x0 + 1 >= first_x && x1 <= last_x + 1 && y0 + 1 >= first_y && y1 <= last_y + 1).then_some(at)
+        // One bit of a sign tells them all; cells are small numbers.
+        let out = (x0 + 1).wrapping_sub(first_x)
+            | (last_x + 1).wrapping_sub(x1)
+            | (y0 + 1).wrapping_sub(first_y)
+            | (last_y + 1).wrapping_sub(y1);
+        (out >> 31 == 0).then_some(at)
     }
 
     /// As [`Tiles::find`], for eight directions.
@@ -343,6 +374,8 @@ impl Tiles {
             let child = add(self, NOTHING);
             crowded.push((number, parent, child));
             g.cells[(y << level | x) as usize] = GRID | number;
+            let [first_x, last_x, first_y, last_y] = g.crowds;
+            g.crowds = [first_x.min(x), last_x.max(x), first_y.min(y), last_y.max(y)];
             return NOTHING;
         }
         if count <= self.limit || level == g.levels {

@@ -1,6 +1,8 @@
 //! Blocks of 32 samples: 8 x 4 pixels of a picture, or 32 in a row of a list.
 
-use fearless_simd::{Simd, SimdBase, f32x4, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
+
+use super::shuffle::{three_columns, two};
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 32;
@@ -126,15 +128,46 @@ impl Layout {
         }
     }
 
+    /// Sets all samples of a block, within the picture, in the mask of its row of blocks.
+    #[inline(always)]
+    pub(super) fn fill(&self, mask: &mut [u8], column: usize, value: u8) {
+        for y in 0..4 {
+            if let Some(row) =
+                mask.get_mut(8 * column + y * self.width..).and_then(|m| m.first_chunk_mut::<8>())
+            {
+                *row = [value; 8];
+            }
+        }
+    }
+
+    /// Whether a block of a picture, no border block, has no sample: every number is NaN.
+    #[inline(always)]
+    pub(super) fn is_background<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> bool {
+        if self.is_list {
+            return false;
+        }
+        let Some(rows) = self.rows_of(positions, block) else { return false };
+        let first = f32x8::from_slice(s, &rows[0][..8]);
+        let mut none = first.simd_ne(first);
+        // One look tells of nearly all others.
+        if none.to_bitmask() != 0xff {
+            return false;
+        }
+        for row in rows {
+            for i in [0, 8, 16] {
+                let v = f32x8::from_slice(s, &row[i..i + 8]);
+                none &= v.simd_ne(v);
+            }
+        }
+        none.to_bitmask() == 0xff
+    }
+
     /// The samples of a block of a picture, coordinates apart: rows 0 and 1, rows 2 and 3 of the left half, then of the right.
     /// Outside the picture they are NaN.
     #[inline(always)]
     pub(super) fn load<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> [[f32x8<S>; 4]; 3] {
-        let ([x, y, z], [x2, y2, z2]) = if let Some([a, b, c, d]) = self.rows_of(positions, block) {
-            let left = [apart::<S, 0>(s, a), apart::<S, 0>(s, b), apart::<S, 0>(s, c), apart::<S, 0>(s, d)];
-            let right =
-                [apart::<S, 12>(s, a), apart::<S, 12>(s, b), apart::<S, 12>(s, c), apart::<S, 12>(s, d)];
-            (pairs(s, left), pairs(s, right))
+        let ([x, y, z], [x2, y2, z2]) = if let Some(rows) = self.rows_of(positions, block) {
+            (half_of::<S, 0>(s, rows), half_of::<S, 12>(s, rows))
         } else {
             (self.load_half(s, positions, block, 0), self.load_half(s, positions, block, 1))
         };
@@ -151,13 +184,8 @@ impl Layout {
         half: usize,
     ) -> [[f32x8<S>; 2]; 3] {
         match (self.rows_of(positions, block), half) {
-            (Some([a, b, c, d]), 0) => {
-                pairs(s, [apart::<S, 0>(s, a), apart::<S, 0>(s, b), apart::<S, 0>(s, c), apart::<S, 0>(s, d)])
-            }
-            (Some([a, b, c, d]), _) => pairs(
-                s,
-                [apart::<S, 12>(s, a), apart::<S, 12>(s, b), apart::<S, 12>(s, c), apart::<S, 12>(s, d)],
-            ),
+            (Some(rows), 0) => half_of::<S, 0>(s, rows),
+            (Some(rows), _) => half_of::<S, 12>(s, rows),
             _ => {
                 let at = self.load_border(positions, block);
                 let range = HALF * half..HALF * (half + 1);
@@ -191,30 +219,25 @@ impl Layout {
     }
 }
 
-/// Four points from number `AT` on, coordinates apart. One number more is read than they have.
+/// Four points of each row, from number `AT` on, coordinates apart: two rows a vector.
 #[inline(always)]
-fn apart<S: Simd, const AT: usize>(s: S, points: &[f32; 25]) -> [f32x4<S>; 3] {
-    let a = f32x4::from_slice(s, &points[AT..AT + 4]);
-    let b = f32x4::from_slice(s, &points[AT + 3..AT + 7]);
-    let c = f32x4::from_slice(s, &points[AT + 6..AT + 10]);
-    let d = f32x4::from_slice(s, &points[AT + 9..AT + 13]);
-    let (ac, bd) = (s.zip_low_f32x4(a, c), s.zip_low_f32x4(b, d));
-    let z = s.zip_low_f32x4(s.zip_high_f32x4(a, c), s.zip_high_f32x4(b, d));
-    [s.zip_low_f32x4(ac, bd), s.zip_high_f32x4(ac, bd), z]
+fn half_of<S: Simd, const AT: usize>(s: S, [a, b, c, d]: [&[f32; 25]; 4]) -> [[f32x8<S>; 2]; 3] {
+    let ([x, y, z], [x2, y2, z2]) = (points::<S, AT>(s, a, b), points::<S, AT>(s, c, d));
+    [[x, x2], [y, y2], [z, z2]]
 }
 
-/// Two rows a vector.
+/// Of two rows. One number more is read than the points have.
 #[inline(always)]
-fn pairs<S: Simd>(s: S, [a, b, c, d]: [[f32x4<S>; 3]; 4]) -> [[f32x8<S>; 2]; 3] {
-    [
-        [s.combine_f32x4(a[0], b[0]), s.combine_f32x4(c[0], d[0])],
-        [s.combine_f32x4(a[1], b[1]), s.combine_f32x4(c[1], d[1])],
-        [s.combine_f32x4(a[2], b[2]), s.combine_f32x4(c[2], d[2])],
-    ]
+fn points<S: Simd, const AT: usize>(s: S, a: &[f32; 25], b: &[f32; 25]) -> [f32x8<S>; 3] {
+    let (a, b) = (&a[AT..AT + 13], &b[AT..AT + 13]);
+    three_columns(
+        s,
+        [two(s, a, b), two(s, &a[3..], &b[3..]), two(s, &a[6..], &b[6..]), two(s, &a[9..], &b[9..])],
+    )
 }
 
 /// Sixteen numbers as two vectors.
 #[inline(always)]
-pub(super) fn halves<S: Simd>(s: S, v: &[f32]) -> [f32x8<S>; 2] {
+fn halves<S: Simd>(s: S, v: &[f32]) -> [f32x8<S>; 2] {
     [f32x8::from_slice(s, &v[..8]), f32x8::from_slice(s, &v[8..HALF])]
 }

@@ -5,47 +5,92 @@
 
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
 
 use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
 use super::layout::{BLOCK, HALF, Layout};
 use super::lists::Lists;
+use super::shuffle::{three_columns, two, zip_high, zip_low};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
 
-/// Samples of one block that the light sees close together.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Leaf {
-    /// Of those in the left half, of those in the right.
-    pub(super) regions: [Region; 2],
-    pub(super) block: u32,
-    /// One bit a sample of the block.
-    pub(super) mask: u32,
-}
+/// Samples of one block that the light sees close together: packed bounds ([`Region::pack`]), with the block as number 3, and one
+/// bit a sample of the block as number 7.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+pub(super) struct Leaf([u32; 8]);
 
 impl Leaf {
-    /// Samples of one half.
     #[inline(always)]
-    fn of_half(block: usize, half: usize, region: Region, mask: u16) -> Leaf {
-        let regions = if half == 0 { [region, Region::EMPTY] } else { [Region::EMPTY, region] };
-        Leaf { regions, block: block as u32, mask: u32::from(mask) << (HALF * half) }
+    pub(super) fn new<S: Simd>(sides: f32x8<S>, block: u32, mask: u32) -> Leaf {
+        let sides: u32x8<S> = sides.bitcast();
+        let mut leaf = sides.to_array();
+        (leaf[3], leaf[7]) = (block, mask);
+        Leaf(leaf)
+    }
+
+    /// Packed bounds; numbers 3 and 7 mean nothing.
+    #[inline(always)]
+    pub(super) fn sides<S: Simd>(&self, s: S) -> f32x8<S> {
+        u32x8::load_array_ref(s, &self.0).bitcast()
+    }
+
+    #[inline(always)]
+    pub(super) fn block(&self) -> u32 {
+        self.0[3]
+    }
+
+    #[inline(always)]
+    pub(super) fn mask(&self) -> u32 {
+        self.0[7]
+    }
+
+    /// With fewer samples.
+    #[inline(always)]
+    pub(super) fn with_mask(&self, mask: u32) -> Leaf {
+        let mut leaf = *self;
+        leaf.0[7] = mask;
+        leaf
     }
 }
 
-/// A sample on its own.
+/// A sample on its own: world coordinates (kept here, as neighbours in a tile are far apart in memory), then block times 32
+/// plus sample.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Loose {
-    /// World space: kept here, as neighbours in a tile are far apart in memory.
-    pub(super) at: [f32; 3],
-    /// Block times 32 plus sample.
-    pub(super) slot: u32,
+#[repr(C, align(16))]
+pub(super) struct Loose([u32; 4]);
+
+impl Loose {
+    #[inline(always)]
+    fn new(at: [f32; 3], slot: usize) -> Loose {
+        Loose([at[0].to_bits(), at[1].to_bits(), at[2].to_bits(), slot as u32])
+    }
+
+    /// Block and sample.
+    #[inline(always)]
+    pub(super) fn slot(&self) -> (usize, usize) {
+        (self.0[3] as usize / BLOCK, self.0[3] as usize % BLOCK)
+    }
 }
 
-impl Default for Leaf {
-    fn default() -> Leaf {
-        Leaf { regions: [Region::EMPTY; 2], block: 0, mask: 0 }
-    }
+/// Coordinates of up to sixteen samples; what is missing repeats the last.
+#[inline(always)]
+pub(super) fn load_loose<S: Simd>(s: S, loose: &[Loose]) -> [[f32x8<S>; 2]; 3] {
+    let last = loose.len().saturating_sub(1);
+    let at = |i: usize| loose[i.min(last)].0.map(f32::from_bits);
+    let eight =
+        |i: usize| [at(i), at(i + 1), at(i + 2), at(i + 3), at(i + 4), at(i + 5), at(i + 6), at(i + 7)];
+    let [x, y, z] = columns(s, &eight(0));
+    let [x2, y2, z2] = columns(s, &eight(8));
+    [[x, x2], [y, y2], [z, z2]]
+}
+
+/// The first three columns of eight rows.
+#[inline(always)]
+fn columns<S: Simd>(s: S, rows: &[[f32; 4]; 8]) -> [f32x8<S>; 3] {
+    let [a, b, c, d, e, f, g, h] = rows;
+    three_columns(s, [two(s, a, e), two(s, b, f), two(s, c, g), two(s, d, h)])
 }
 
 /// What a worker leaves behind.
@@ -57,8 +102,8 @@ pub(super) struct Gathered {
     pub(super) loose: Lists<Loose>,
     /// Samples without a direction that f32 can hold: on the light, or out of all proportion.
     pub(super) wild: Vec<u32>,
-    /// Bounds by tile.
-    pub(super) regions: Vec<Region>,
+    /// Packed bounds by tile.
+    pub(super) regions: Vec<[f32; 8]>,
     /// A coordinate was infinite.
     pub(super) broken: bool,
 }
@@ -69,7 +114,7 @@ impl Gathered {
         self.loose.reset(tiles);
         self.wild.clear();
         self.regions.clear();
-        self.regions.resize(tiles, Region::EMPTY);
+        self.regions.resize(tiles, Region::EMPTY.pack());
         self.broken = false;
     }
 }
@@ -117,6 +162,10 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
     mask.fill(LIT);
     for column in 0..layout.columns {
         let block = row * layout.columns + column;
+        if layout.is_background(s, pass.positions, block) {
+            layout.fill(mask, column, NONE);
+            continue;
+        }
         let valid = if layout.is_list {
             let valid = exist(pass, block, out);
             scatter(pass, block, valid, out);
@@ -144,78 +193,92 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 4]; 3],
         [p[1][0] - l[1], p[1][1] - l[1], p[1][2] - l[1], p[1][3] - l[1]],
         [p[2][0] - l[2], p[2][1] - l[2], p[2][2] - l[2], p[2][3] - l[2]],
     ];
-    let zero = f32x8::splat(s, 0.0);
-    // Infinity and NaN times zero are NaN.
-    let sum = [
-        q[0][0] + q[1][0] + q[2][0],
-        q[0][1] + q[1][1] + q[2][1],
-        q[0][2] + q[1][2] + q[2][2],
-        q[0][3] + q[1][3] + q[2][3],
-    ];
-    let mut mask = all(
-        (sum[0] * zero).simd_eq(zero),
-        (sum[1] * zero).simd_eq(zero),
-        (sum[2] * zero).simd_eq(zero),
-        (sum[3] * zero).simd_eq(zero),
-    );
-    if mask == u32::MAX {
-        if let Some((tile, leaf)) = whole(s, pass, block, &q) {
-            add(out, tile, leaf);
-            return mask;
-        }
-    } else {
-        // Background is NaN throughout; what is infinite is looked at one by one.
-        let none = all(
-            q[0][0].simd_ne(q[0][0]) & q[1][0].simd_ne(q[1][0]) & q[2][0].simd_ne(q[2][0]),
-            q[0][1].simd_ne(q[0][1]) & q[1][1].simd_ne(q[1][1]) & q[2][1].simd_ne(q[2][1]),
-            q[0][2].simd_ne(q[0][2]) & q[1][2].simd_ne(q[1][2]) & q[2][2].simd_ne(q[2][2]),
-            q[0][3].simd_ne(q[0][3]) & q[1][3].simd_ne(q[1][3]) & q[2][3].simd_ne(q[2][3]),
-        );
-        if mask | none != u32::MAX {
-            mask = exist(pass, block, out);
-        }
+    // Most blocks lie in one tile at one depth; those at the border of the background hold NaN.
+    let x = (q[0][0] + q[0][1]) + (q[0][2] + q[0][3]);
+    if x.simd_eq(x).to_bitmask() != 0xff {
+        return parts(s, pass, block, &q, out);
     }
-    for half in 0..2 {
-        let mask = (mask >> (HALF * half)) as u16;
-        if mask != 0 {
-            let q = if half == 0 {
-                [[q[0][0], q[0][1]], [q[1][0], q[1][1]], [q[2][0], q[2][1]]]
-            } else {
-                [[q[0][2], q[0][3]], [q[1][2], q[1][3]], [q[2][2], q[2][3]]]
-            };
-            half_of(s, pass, block, half, mask, &q, out);
-        }
-    }
-    mask
-}
-
-#[inline(always)]
-fn all<S: Simd>(a: mask32x8<S>, b: mask32x8<S>, c: mask32x8<S>, d: mask32x8<S>) -> u32 {
-    (a.to_bitmask() | b.to_bitmask() << 8 | c.to_bitmask() << 16 | d.to_bitmask() << 24) as u32
-}
-
-/// The leaf of a whole block, if its samples exist all, and lie at one depth in one tile.
-#[inline(always)]
-fn whole<S: Simd>(s: S, pass: &Pass<'_>, block: usize, q: &[[f32x8<S>; 4]; 3]) -> Option<(u32, Leaf)> {
     let face = face_of([q[0][0][0], q[1][0][0], q[2][0][0]]);
-    let [u, v, w] = Frame::of(face).turn_all(*q);
-    let inside = inside(u[0], v[0], w[0])
-        & inside(u[1], v[1], w[1])
-        & inside(u[2], v[2], w[2])
-        & inside(u[3], v[3], w[3]);
-    if inside.to_bitmask() != 0xff || pass.tiles.grids[face].root == NOTHING {
-        return None;
+    if pass.tiles.grids[face].root != NOTHING {
+        let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let sides = match face / 2 {
+            0 => whole(s, sign, [&q[1], &q[2], &q[0]]),
+            1 => whole(s, sign, [&q[0], &q[2], &q[1]]),
+            _ => whole(s, sign, [&q[0], &q[1], &q[2]]),
+        };
+        if let Some(sides) = sides
+            && shallow(sides, pass.band[face])
+            && let Some(tile) = pass.tiles.home(s, face, sides)
+        {
+            add(s, out, tile, sides, block, u32::MAX);
+            return u32::MAX;
+        }
     }
-    let one = f32x8::splat(s, 1.0);
-    let r = [one / w[0], one / w[1], one / w[2], one / w[3]];
-    let left = bounds(s, &[[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], [r[0], r[1]]]);
-    let right = bounds(s, &[[u[2] * r[2], u[3] * r[3]], [v[2] * r[2], v[3] * r[3]], [r[2], r[3]]]);
-    let region = left.union(&right);
-    if region.hi[2] - region.lo[2] > pass.band[face] * region.hi[2] {
-        return None;
+    parts(s, pass, block, &q, out)
+}
+
+/// Whether packed bounds are narrow in depth.
+#[inline(always)]
+fn shallow<S: Simd>(sides: f32x8<S>, band: f32) -> bool {
+    let nearest = -sides[6];
+    nearest - sides[2] <= band * nearest
+}
+
+/// Packed bounds of a block's samples, from the light: u, v, w of a face, w without its sign. `None` unless all lie within the face
+/// with room to spare (only then what is rounded here cannot matter).
+#[inline(always)]
+fn whole<S: Simd>(s: S, sign: f32, [u, v, w]: [&[f32x8<S>; 4]; 3]) -> Option<f32x8<S>> {
+    let sign = f32x8::splat(s, sign);
+    let mut r = [sign; 4];
+    let (mut x, mut y) = (r, r);
+    for i in 0..4 {
+        r[i] = sign / w[i];
+        x[i] = u[i] * r[i];
+        y[i] = v[i] * r[i];
     }
-    let tile = pass.tiles.home(face, &region)?;
-    Some((tile, Leaf { regions: [left, right], block: block as u32, mask: u32::MAX }))
+    let sides = pack(s, [least(&x), least(&y), least(&r)], [most(&x), most(&y), most(&r)]);
+    // A minimum may forget a NaN, a sum does not: NaN in w is NaN in r, x and y.
+    let sum = ((x[0] + y[0]) + (x[1] + y[1])) + ((x[2] + y[2]) + (x[3] + y[3]));
+    let within = sides.simd_gt(f32x8::load_array(s, WITHIN)) & sum.simd_eq(sum);
+    (within.to_bitmask() == 0xff).then_some(sides)
+}
+
+/// Packed bounds of [`whole`] are larger: directions a few ulp within the face, nearness of lengths that f32 can hold.
+const WITHIN: [f32; 8] = {
+    let edge = -1.0 + 4.0 * f32::EPSILON;
+    [edge, edge, 1.0 / LIMIT, f32::NEG_INFINITY, edge, edge, -1.0 / NEAREST, f32::NEG_INFINITY]
+};
+
+/// A block that is not one leaf: each half is, or is parted. Returns which samples exist.
+#[inline(never)]
+fn parts<S: Simd>(s: S, pass: &Pass<'_>, block: usize, q: &[[f32x8<S>; 4]; 3], out: &mut Gathered) -> u32 {
+    s.vectorize(
+        #[inline(always)]
+        || {
+            let zero = f32x8::splat(s, 0.0);
+            // Infinity and NaN times zero are NaN; background is NaN throughout, what is infinite is looked at one by one.
+            let (mut mask, mut none) = (0, 0);
+            for i in 0..4 {
+                let [x, y, z] = [q[0][i], q[1][i], q[2][i]];
+                let exists = ((x + y + z) * zero).simd_eq(zero);
+                let nothing = x.simd_ne(x) & y.simd_ne(y) & z.simd_ne(z);
+                mask |= (exists.to_bitmask() as u32) << (8 * i);
+                none |= (nothing.to_bitmask() as u32) << (8 * i);
+            }
+            if mask | none != u32::MAX {
+                mask = exist(pass, block, out);
+            }
+            for half in 0..2 {
+                let mask = (mask >> (HALF * half)) as u16;
+                if mask != 0 {
+                    let i = 2 * half;
+                    let q = [[q[0][i], q[0][i + 1]], [q[1][i], q[1][i + 1]], [q[2][i], q[2][i + 1]]];
+                    part_half(s, pass, block, half, mask, &q, out);
+                }
+            }
+            mask
+        },
+    )
 }
 
 /// Which samples lie in the face of the frame.
@@ -225,22 +288,6 @@ fn inside<S: Simd>(u: f32x8<S>, v: f32x8<S>, w: f32x8<S>) -> mask32x8<S> {
 }
 
 /// One half of a block, from the light.
-#[inline(never)]
-fn half_of<S: Simd>(
-    s: S,
-    pass: &Pass<'_>,
-    block: usize,
-    half: usize,
-    mask: u16,
-    q: &[[f32x8<S>; 2]; 3],
-    out: &mut Gathered,
-) {
-    s.vectorize(
-        #[inline(always)]
-        || part_half(s, pass, block, half, mask, q, out),
-    );
-}
-
 #[inline(always)]
 fn part_half<S: Simd>(
     s: S,
@@ -265,11 +312,12 @@ fn part_half<S: Simd>(
     if mask != 0xffff {
         repeat(s, &mut c, mask);
     }
-    let region = bounds(s, &c);
-    if region.hi[2] - region.lo[2] <= pass.band[face] * region.hi[2]
-        && let Some(tile) = pass.tiles.home(face, &region)
+    let place = |mask: u16| u32::from(mask) << (HALF * half);
+    let sides = bounds(s, &c);
+    if shallow(sides, pass.band[face])
+        && let Some(tile) = pass.tiles.home(s, face, sides)
     {
-        add(out, tile, Leaf::of_half(block, half, region, mask));
+        add(s, out, tile, sides, block, place(mask));
         return;
     }
     // Several depths, or too large for a tile.
@@ -284,9 +332,9 @@ fn part_half<S: Simd>(
         }
         let mut only = c;
         repeat(s, &mut only, part);
-        let region = bounds(s, &only);
-        match pass.tiles.home(face, &region) {
-            Some(tile) => add(out, tile, Leaf::of_half(block, half, region, part)),
+        let sides = bounds(s, &only);
+        match pass.tiles.home(s, face, sides) {
+            Some(tile) => add(s, out, tile, sides, block, place(part)),
             None => pieces(s, pass, block, half, part, face, &c, out),
         }
         left &= !part;
@@ -294,7 +342,14 @@ fn part_half<S: Simd>(
             return;
         }
     }
-    loosen(pass, block, half, left, face, &c, out);
+    let tiles = tiles_of(s, pass, face, &c);
+    loosen(pass, block, half, left, &tiles, &c, out);
+}
+
+/// Tiles of sixteen samples.
+#[inline(always)]
+fn tiles_of<S: Simd>(s: S, pass: &Pass<'_>, face: usize, c: &[[f32x8<S>; 2]; 3]) -> [u32x8<S>; 2] {
+    [pass.tiles.find_eight(s, face, c[0][0], c[1][0]), pass.tiles.find_eight(s, face, c[0][1], c[1][1])]
 }
 
 /// Lanes that are not in `mask` repeat the first that is.
@@ -311,11 +366,53 @@ fn repeat<S: Simd>(s: S, c: &mut [[f32x8<S>; 2]; 3], mask: u16) {
     }
 }
 
+/// Packed bounds of sixteen samples.
 #[inline(always)]
-fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> Region {
-    let lo = least(s, [c[0][0].min(c[0][1]), c[1][0].min(c[1][1]), c[2][0].min(c[2][1])]);
-    let hi = least(s, [-c[0][0].max(c[0][1]), -c[1][0].max(c[1][1]), -c[2][0].max(c[2][1])]);
-    Region { lo, hi: [-hi[0], -hi[1], -hi[2]] }
+fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
+    let lo = [c[0][0].min(c[0][1]), c[1][0].min(c[1][1]), c[2][0].min(c[2][1])];
+    let hi = [c[0][0].max(c[0][1]), c[1][0].max(c[1][1]), c[2][0].max(c[2][1])];
+    pack(s, lo, hi)
+}
+
+/// Packed bounds of sixteen samples that are known to have a direction within a face.
+#[inline(always)]
+pub(super) fn bounds_of<S: Simd>(s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
+    let l = light;
+    let q = [
+        [p[0][0] - l[0], p[0][1] - l[0]],
+        [p[1][0] - l[1], p[1][1] - l[1]],
+        [p[2][0] - l[2], p[2][1] - l[2]],
+    ];
+    let [u, v, w] = Frame::of(face).turn_all(q);
+    let one = f32x8::splat(s, 1.0);
+    let r = [one / w[0], one / w[1]];
+    bounds(s, &[[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r])
+}
+
+#[inline(always)]
+fn least<S: Simd>(v: &[f32x8<S>; 4]) -> f32x8<S> {
+    v[0].min(v[1]).min(v[2].min(v[3]))
+}
+
+#[inline(always)]
+fn most<S: Simd>(v: &[f32x8<S>; 4]) -> f32x8<S> {
+    v[0].max(v[1]).max(v[2].max(v[3]))
+}
+
+/// The least lane of `lo`, the largest of `hi` (x, y, r), packed.
+#[inline(always)]
+fn pack<S: Simd>(s: S, lo: [f32x8<S>; 3], hi: [f32x8<S>; 3]) -> f32x8<S> {
+    let (x, y, r) = (fold(s, lo[0], hi[0]), fold(s, lo[1], hi[1]), fold(s, lo[2], hi[2]));
+    let xr = zip_low(s, x, r).min(zip_high(s, x, r));
+    let yy = zip_low(s, y, y).min(zip_high(s, y, y));
+    zip_low(s, xr, yy).min(zip_high(s, xr, yy))
+}
+
+/// Four numbers whose least is that of `lo`, and four whose least is the largest of `hi` with its sign turned.
+#[inline(always)]
+fn fold<S: Simd>(s: S, lo: f32x8<S>, hi: f32x8<S>) -> f32x8<S> {
+    let ((a, b), (c, d)) = (s.split_f32x8(lo), s.split_f32x8(-hi));
+    s.combine_f32x4(a, c).min(s.combine_f32x4(b, d))
 }
 
 /// Which samples of a block exist, where not all differences from the light are finite.
@@ -333,22 +430,15 @@ fn exist(pass: &Pass<'_>, block: usize, out: &mut Gathered) -> u32 {
     mask
 }
 
-/// Least of the lanes of three vectors.
 #[inline(always)]
-fn least<S: Simd>(s: S, v: [f32x8<S>; 3]) -> [f32; 3] {
-    let ((a0, a1), (b0, b1), (c0, c1)) = (s.split_f32x8(v[0]), s.split_f32x8(v[1]), s.split_f32x8(v[2]));
-    let (a, b, c) = (a0.min(a1), b0.min(b1), c0.min(c1));
-    let ac = s.zip_low_f32x4(a, c).min(s.zip_high_f32x4(a, c));
-    let bb = s.zip_low_f32x4(b, b).min(s.zip_high_f32x4(b, b));
-    let m = s.zip_low_f32x4(ac, bb).min(s.zip_high_f32x4(ac, bb));
-    [m[0], m[1], m[2]]
+fn add<S: Simd>(s: S, out: &mut Gathered, tile: u32, sides: f32x8<S>, block: usize, mask: u32) {
+    widen(s, &mut out.regions[tile as usize], sides);
+    out.leaves.push(tile, Leaf::new(sides, block as u32, mask));
 }
 
 #[inline(always)]
-fn add(out: &mut Gathered, tile: u32, leaf: Leaf) {
-    let bounds = &mut out.regions[tile as usize];
-    *bounds = bounds.union(&leaf.regions[0]).union(&leaf.regions[1]);
-    out.leaves.push(tile, leaf);
+fn widen<S: Simd>(s: S, bounds: &mut [f32; 8], sides: f32x8<S>) {
+    f32x8::load_array_ref(s, bounds).min(sides).store_array(bounds);
 }
 
 /// Samples of half a block at one depth that are too far apart for any tile: each tile takes its own, unless they are too many.
@@ -363,8 +453,7 @@ fn pieces<S: Simd>(
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
-    let tiles =
-        [pass.tiles.find_eight(s, face, c[0][0], c[1][0]), pass.tiles.find_eight(s, face, c[0][1], c[1][1])];
+    let tiles = tiles_of(s, pass, face, c);
     let mut left = mask;
     for _ in 0..BLOCK_LEAVES {
         let first = left.trailing_zeros() as usize;
@@ -375,13 +464,13 @@ fn pieces<S: Simd>(
         }
         let mut only = *c;
         repeat(s, &mut only, part);
-        add(out, tile, Leaf::of_half(block, half, bounds(s, &only), part));
+        add(s, out, tile, bounds(s, &only), block, u32::from(part) << (HALF * half));
         left &= !part;
         if left == 0 {
             return;
         }
     }
-    loosen(pass, block, half, left, face, c, out);
+    loosen(pass, block, half, left, &tiles, c, out);
 }
 
 /// Samples of half a block, one by one.
@@ -391,7 +480,7 @@ fn loosen<S: Simd>(
     block: usize,
     half: usize,
     mask: u16,
-    face: usize,
+    tiles: &[u32x8<S>; 2],
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
@@ -400,7 +489,7 @@ fn loosen<S: Simd>(
         let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
         let sample = HALF * half + i;
         let world = pass.positions[pass.layout.index_from(corner, sample)];
-        add_loose(out, pass.tiles.find(face, at[0], at[1]), world, block * BLOCK + sample, at);
+        add_loose(out, tiles[i / 8][i % 8], world, block * BLOCK + sample, at);
     }
 }
 
@@ -423,9 +512,11 @@ fn scatter(pass: &Pass<'_>, block: usize, mask: u32, out: &mut Gathered) {
 
 #[inline(always)]
 fn add_loose(out: &mut Gathered, tile: u32, world: [f32; 3], slot: usize, at: [f32; 3]) {
-    let bounds = &mut out.regions[tile as usize];
-    *bounds = bounds.union(&Region { lo: at, hi: at });
-    out.loose.push(tile, Loose { at: world, slot: slot as u32 });
+    let sides = Region { lo: at, hi: at }.pack();
+    for (bound, side) in out.regions[tile as usize].iter_mut().zip(sides) {
+        *bound = if side < *bound { side } else { *bound };
+    }
+    out.loose.push(tile, Loose::new(world, slot));
 }
 
 /// Face, and x, y, r of a sample; `None` where f32 cannot hold them.

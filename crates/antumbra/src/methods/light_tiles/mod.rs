@@ -23,6 +23,7 @@ mod layout;
 mod leaves;
 mod lists;
 mod prefetch;
+mod shuffle;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -226,7 +227,7 @@ impl LightTiles {
         self.tiles.region.resize(tiles, Region::EMPTY);
         for worker in &self.gathered {
             for (sum, region) in self.tiles.region.iter_mut().zip(&worker.regions) {
-                *sum = sum.union(region);
+                *sum = sum.union(&Region::unpack(region));
             }
         }
         self.tiles.bound_nodes();

@@ -46,3 +46,6 @@ pub(super) const TRIANGLES: usize = 1024;
 
 /// A triangle, or eight neighbours, that touch no more cells than this go to the tiles of the cells without a descent.
 pub(super) const FEW_CELLS: u32 = 64;
+
+/// Tiles with no more blocks of triangles than this: every leaf is tested against all of them, and leaves are not sorted.
+pub(super) const FEW_BLOCKS: usize = 2;

@@ -4,18 +4,19 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
-use antumbra_predicates::tile::{Region, Tile, TileBlock};
+use antumbra_predicates::tile::{Part, Region, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::{Bytes, Simd, SimdBase, f32x8, u32x8};
 
 use super::bin::{Binned, Entry, LARGE};
 use super::boxes::Boxes;
 use super::frame::Frame;
 use super::grid::{PLACES, Tiles};
-use super::layout::{BLOCK, HALF, Layout, halves};
-use super::leaves::{Gathered, Leaf, Loose, direction};
+use super::layout::{HALF, Layout};
+use super::leaves::{Gathered, Leaf, Loose, bounds_of, load_loose};
 use super::prefetch::prefetch;
-use super::tuning::{DENSE, GROUP};
+use super::shuffle::corners;
+use super::tuning::{DENSE, FEW_BLOCKS, GROUP};
 use crate::methods::leaf::LeafCounts;
 
 /// What all workers share.
@@ -70,10 +71,13 @@ pub(super) struct Scratch {
     hulls: Boxes,
     /// Bounds of those in `live`.
     live_hulls: Boxes,
-    leaves: Vec<Work>,
-    sorted: Vec<Work>,
-    slots: Vec<Slot>,
-    slots_sorted: Vec<Slot>,
+    /// Leaves of the tile; loose samples are [`LOOSE`] and the first of sixteen in `loose`.
+    leaves: Vec<Leaf>,
+    loose: Vec<Loose>,
+    /// The same before they are sorted.
+    mixed_leaves: Vec<Leaf>,
+    mixed_loose: Vec<Loose>,
+    keys: Vec<u16>,
     live: Vec<(u32, u8)>,
     open: Vec<Open>,
 }
@@ -86,29 +90,10 @@ struct Prepared {
     live: u8,
 }
 
-/// A leaf at work.
-#[derive(Clone, Copy, Debug)]
-struct Work {
-    region: Region,
-    /// The block; of a loose leaf, [`LOOSE`] and the first of its slots.
-    block: u32,
-    mask: u32,
-    key: u16,
-}
-
-impl Work {
-    /// Samples of both halves.
-    #[inline(always)]
-    fn is_whole(&self) -> bool {
-        self.mask & LOW != 0 && self.mask & !LOW != 0
-    }
-
-    /// The samples as bits of its vectors, and how far the bits of the block are shifted against them.
-    #[inline(always)]
-    fn vectors(&self) -> (u32, u32) {
-        let shift = if self.mask & LOW == 0 { HALF as u32 } else { 0 };
-        (shift, self.mask >> shift)
-    }
+/// Samples of both halves.
+#[inline(always)]
+fn is_whole(mask: u32) -> bool {
+    mask & LOW != 0 && mask & !LOW != 0
 }
 
 const LOOSE: u32 = 1 << 31;
@@ -118,15 +103,6 @@ const LOW: u32 = (1 << HALF) - 1;
 
 /// Blocks of triangles that are asked for before they are prepared.
 const AHEAD: usize = 3;
-
-/// A loose sample.
-#[derive(Clone, Copy, Debug)]
-struct Slot {
-    at: [f32; 3],
-    world: [f32; 3],
-    slot: u32,
-    key: u16,
-}
 
 /// A triangle of the tile, and where it goes: large ones first, then by place in the tile.
 #[derive(Clone, Copy, Debug)]
@@ -178,30 +154,41 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
             return;
         }
     }
-    collect(pass, tile, scratch);
+    // Nearly all triangles of the list will be kept.
+    let sort = scratch.entries.len() > 8 * FEW_BLOCKS;
+    collect(s, pass, tile, sort, scratch);
     ask_for(pass, scratch.leaves.iter().take(GROUP));
+    scratch.counts.leaves += scratch.leaves.len() as u64;
     if covered || prepare(s, pass, tile, scratch) {
         scratch.counts.node_accept += 1;
-        for i in 0..scratch.leaves.len() {
-            let leaf = scratch.leaves[i];
-            finish(pass, &scratch.slots_sorted, &leaf, leaf.mask);
+        for leaf in &scratch.leaves {
+            finish(pass, &scratch.loose, leaf, leaf.mask());
         }
         return;
     }
     if scratch.used == 0 {
         return;
     }
+    if !sort {
+        scratch.live.clear();
+        scratch
+            .live
+            .extend(scratch.blocks[..scratch.used].iter().enumerate().map(|(i, b)| (i as u32, b.live)));
+    }
     for first in (0..scratch.leaves.len()).step_by(GROUP) {
         ask_for(pass, scratch.leaves.iter().skip(first + GROUP).take(GROUP));
-        group(s, pass, tile, first..scratch.leaves.len().min(first + GROUP), scratch);
+        let range = first..scratch.leaves.len().min(first + GROUP);
+        if !sort || choose(s, pass, range.clone(), scratch) {
+            group(s, pass, tile, range, scratch);
+        }
     }
 }
 
 /// The samples of these leaves will be needed soon.
 #[inline(always)]
-fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Work>) {
-    for leaf in leaves.filter(|leaf| leaf.block & LOOSE == 0) {
-        let (start, line) = pass.layout.corner(leaf.block as usize);
+fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Leaf>) {
+    for leaf in leaves.filter(|leaf| leaf.block() & LOOSE == 0) {
+        let (start, line) = pass.layout.corner(leaf.block() as usize);
         for y in 0..4 {
             // A row is one and a half cache lines.
             prefetch(pass.positions, start + y * line);
@@ -210,99 +197,166 @@ fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Work>) {
     }
 }
 
-/// The leaves of a tile whose samples are not all in shadow yet, near ones together.
+/// The leaves of a tile whose samples are not all in shadow yet; near ones together, if they are to be sorted.
 #[inline(always)]
-fn collect(pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) {
-    let Scratch { entries, leaves, sorted, slots, slots_sorted, counts, .. } = scratch;
-    sorted.clear();
-    slots.clear();
-    let region = pass.tiles.region[tile];
-    // Part of the tile's extent, rounded to a number below `steps`: the sum is whole, its low bits are the number.
-    let step = |k: usize, x: f32, steps: f32| {
-        let scale = (steps - 1.0) / (region.hi[k] - region.lo[k]).max(f32::MIN_POSITIVE);
-        ((x - region.lo[k]) * scale + 8_388_608.0).to_bits() as u16 & (steps as u16 - 1)
-    };
-    // Depth first: what mixes near and far is tested most.
-    let key = |[x, y, r]: [f32; 3]| step(2, r, 4.0) << 4 | step(1, y, 4.0) << 2 | step(0, x, 4.0);
+fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mut Scratch) {
+    let Scratch { entries, leaves, loose, mixed_leaves, mixed_loose, keys, .. } = scratch;
+    leaves.clear();
+    mixed_leaves.clear();
+    mixed_loose.clear();
+    let face = pass.tiles.face[tile] as usize;
+    let place = LeafPlace::new(&pass.tiles.region[tile]);
     let mut blocks = 0;
     for worker in pass.gathered {
         worker.leaves.each(tile, |leaves| blocks += leaves.len());
     }
-    let dense = entries.len() > DENSE * blocks;
+    let dense = sort && entries.len() > DENSE * blocks;
     for worker in pass.gathered {
-        worker.leaves.each(tile, |leaves| {
-            for &Leaf { regions: [left, right], block, mask } in leaves {
-                let mask = if pass.again { mask & !pass.words[block as usize].load(Relaxed) } else { mask };
-                let (low, high) = (mask & LOW, mask & !LOW);
-                if !dense && low != 0 && high != 0 {
-                    let region = left.union(&right);
-                    sorted.push(Work { region, block, mask, key: key(region.lo) });
-                    continue;
+        worker.leaves.each(tile, |of_worker| {
+            if !dense && !pass.again {
+                mixed_leaves.extend_from_slice(of_worker);
+                return;
+            }
+            for leaf in of_worker {
+                let (block, mut mask) = (leaf.block(), leaf.mask());
+                if pass.again {
+                    mask &= !pass.words[block as usize].load(Relaxed);
                 }
-                if low != 0 {
-                    sorted.push(Work { region: left, block, mask: low, key: key(left.lo) });
-                }
-                if high != 0 {
-                    sorted.push(Work { region: right, block, mask: high, key: key(right.lo) });
+                if dense && is_whole(mask) {
+                    for half in 0..2 {
+                        let p = pass.layout.load_half(s, pass.positions, block as usize, half);
+                        let sides = bounds_of(s, face, pass.light, &p);
+                        mixed_leaves.push(Leaf::new(sides, block, mask & (LOW << (HALF * half))));
+                    }
+                } else if mask != 0 {
+                    mixed_leaves.push(leaf.with_mask(mask));
                 }
             }
         });
-        worker.loose.each(tile, |samples| {
-            for &Loose { at: world, slot } in samples {
-                let (block, sample) = (slot as usize / BLOCK, slot as usize % BLOCK);
-                if pass.again && pass.words[block].load(Relaxed) >> sample & 1 == 1 {
-                    continue;
-                }
-                let Some((_, at)) = direction(world, pass.light) else { continue };
-                // Two bits of depth over four bits each of a curve through the directions.
-                let (x, y) = (step(0, at[0], 16.0), step(1, at[1], 16.0));
-                let spread = |v: u16| (v & 1) | (v & 2) << 1 | (v & 4) << 2 | (v & 8) << 3;
-                let key = step(2, at[2], 4.0) << 8 | spread(y) << 1 | spread(x);
-                slots.push(Slot { at, world, slot, key });
+        worker.loose.each(tile, |of_worker| {
+            if !pass.again {
+                mixed_loose.extend_from_slice(of_worker);
+                return;
             }
+            mixed_loose.extend(of_worker.iter().filter(|l| {
+                let (block, sample) = l.slot();
+                pass.words[block].load(Relaxed) >> sample & 1 == 0
+            }));
         });
     }
-    counting_sort::<_, _, 1024>(slots, slots_sorted, |s| s.key, |s| *s);
-    for (i, sixteen) in slots_sorted.chunks(HALF).enumerate() {
-        let mut region = Region::EMPTY;
-        for slot in sixteen {
-            region = region.union(&Region { lo: slot.at, hi: slot.at });
+    if sort {
+        keys.clear();
+        for sixteen in mixed_loose.chunks(HALF) {
+            let p = load_loose(s, sixteen);
+            let found = place.sixteen(s, face, pass.light, &p);
+            keys.extend_from_slice(&found[..sixteen.len()]);
         }
-        let key = slots_sorted[i * HALF].key;
-        let key = (key >> 8) << 4 | (key >> 4 & 0xf);
-        let mask = LOW >> (HALF - sixteen.len());
-        sorted.push(Work { region, block: LOOSE | (i * HALF) as u32, mask, key });
+        counting_sort::<_, _, 1024>(mixed_loose, loose, |i| keys[i], |l| *l);
+    } else {
+        std::mem::swap(loose, mixed_loose);
     }
-    counting_sort::<_, _, 64>(sorted, leaves, |w| w.key, |w| *w);
-    counts.leaves += leaves.len() as u64;
+    for (i, sixteen) in loose.chunks(HALF).enumerate() {
+        let sides = bounds_of(s, face, pass.light, &load_loose(s, sixteen));
+        let mask = LOW >> (HALF - sixteen.len());
+        mixed_leaves.push(Leaf::new(sides, LOOSE | (i * HALF) as u32, mask));
+    }
+    if sort {
+        keys.clear();
+        keys.extend(mixed_leaves.iter().map(|leaf| place.leaf(s, leaf)));
+        counting_sort::<_, _, 64>(mixed_leaves, leaves, |i| keys[i], |l| *l);
+    } else {
+        std::mem::swap(leaves, mixed_leaves);
+    }
 }
 
-/// Puts what `get` gives of `from` into `to`, sorted by a small key.
+/// Keys of samples and leaves within a tile. Depth first: what mixes near and far is tested most.
+#[derive(Clone, Copy, Debug)]
+struct LeafPlace {
+    lo: [f32; 3],
+    /// What makes 1 of the tile's extent.
+    scale: [f32; 3],
+}
+
+/// The sum of this and a number below it is rounded to a whole number, which its low bits are.
+const MAGIC: f32 = 8_388_608.0;
+
+impl LeafPlace {
+    fn new(region: &Region) -> LeafPlace {
+        let scale = [0, 1, 2].map(|k| 1.0 / (region.hi[k] - region.lo[k]).max(f32::MIN_POSITIVE));
+        LeafPlace { lo: region.lo, scale }
+    }
+
+    /// Two bits each of r, y, x of the least sides of a leaf.
+    #[inline(always)]
+    fn leaf<S: Simd>(&self, s: S, leaf: &Leaf) -> u16 {
+        let ([lx, ly, lr], [sx, sy, sr]) = (self.lo, self.scale);
+        let steps = 3.0;
+        let at = leaf.sides(s) - f32x8::load_array(s, [lx, ly, lr, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let scale = [sx * steps, sy * steps, sr * steps, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let whole: u32x8<S> = (at * f32x8::load_array(s, scale) + MAGIC).bitcast();
+        let [x, y, r, ..] = whole.to_array();
+        ((r & 3) << 4 | (y & 3) << 2 | x & 3) as u16
+    }
+
+    #[inline(always)]
+    fn step<S: Simd>(&self, k: usize, at: f32x8<S>, steps: f32) -> u32x8<S> {
+        ((at - self.lo[k]) * (self.scale[k] * steps) + MAGIC).bitcast()
+    }
+
+    /// Two bits of depth over four bits each of a curve through the directions, of sixteen samples.
+    #[inline(always)]
+    fn sixteen<S: Simd>(&self, s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> [u16; HALF] {
+        let l = light;
+        let q = [
+            [p[0][0] - l[0], p[0][1] - l[0]],
+            [p[1][0] - l[1], p[1][1] - l[1]],
+            [p[2][0] - l[2], p[2][1] - l[2]],
+        ];
+        let [u, v, w] = Frame::of(face).turn_all(q);
+        let mut keys = [0; HALF];
+        for h in 0..2 {
+            let r = f32x8::splat(s, 1.0) / w[h];
+            let (x, y, r) =
+                (self.step(0, u[h] * r, 15.0), self.step(1, v[h] * r, 15.0), self.step(2, r, 3.0));
+            let key = ((r & 3) << 8) | (spread(y) << 1) | spread(x);
+            for (to, from) in keys[8 * h..].iter_mut().zip(key.to_array()) {
+                *to = from as u16;
+            }
+        }
+        keys
+    }
+}
+
+/// The four low bits of each lane, a zero after each.
+#[inline(always)]
+fn spread<S: Simd>(v: u32x8<S>) -> u32x8<S> {
+    (v & 1) | ((v & 2) << 1) | ((v & 4) << 2) | ((v & 8) << 3)
+}
+
+/// Puts what `get` gives of `from` into `to`, sorted by small keys, one an item.
 #[inline(always)]
 fn counting_sort<T, U: Copy, const KEYS: usize>(
     from: &[T],
     to: &mut Vec<U>,
-    key: impl Fn(&T) -> u16,
+    key: impl Fn(usize) -> u16,
     get: impl Fn(&T) -> U,
 ) {
     to.clear();
-    let Some(any) = from.first() else { return };
+    to.extend(from.iter().map(&get));
     if from.len() <= 8 {
         // One vector or group: nothing to part.
-        to.extend(from.iter().map(get));
         return;
     }
-    to.resize(from.len(), get(any));
     let mut start = [0u32; KEYS];
-    for item in from {
-        start[key(item) as usize] += 1;
+    for i in 0..from.len() {
+        start[key(i) as usize % KEYS] += 1;
     }
     let mut sum = 0;
     for s in &mut start {
         (*s, sum) = (sum, sum + *s);
     }
-    for item in from {
-        let at = &mut start[key(item) as usize];
+    for (i, item) in from.iter().enumerate() {
+        let at = &mut start[key(i) as usize % KEYS];
         to[*at as usize] = get(item);
         *at += 1;
     }
@@ -352,9 +406,8 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     let Scratch { entries, ids, blocks, used, hulls, counts, .. } = scratch;
     *used = 0;
     hulls.clear();
-    counting_sort::<_, _, 128>(entries, ids, |e| e.key, |e| e.id);
+    counting_sort::<_, _, 128>(entries, ids, |i| entries[i].key, |e| e.id);
     let Frame { axis, sign } = frame;
-    let sign = [1.0, 1.0, sign];
     for &id in ids.iter().take(8 * AHEAD) {
         prefetch(pass.triangles, id as usize);
     }
@@ -371,13 +424,10 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         let t = pass.triangles;
         let [t0, t1, t2, t3, t4, t5, t6, t7] =
             [&t[at[0]], &t[at[1]], &t[at[2]], &t[at[3]], &t[at[4]], &t[at[5]], &t[at[6]], &t[at[7]]];
-        let mut corner = [[f32x8::splat(s, 0.0); 3]; 3];
-        for c in 0..3 {
-            for k in 0..3 {
-                let a = axis[k];
-                let v = [t0[c][a], t1[c][a], t2[c][a], t3[c][a], t4[c][a], t5[c][a], t6[c][a], t7[c][a]];
-                corner[c][k] = f32x8::load_array(s, v) * sign[k];
-            }
+        let raw = corners(s, [t0, t1, t2, t3, t4, t5, t6, t7]);
+        let mut corner = raw;
+        for (corner, raw) in corner.iter_mut().zip(&raw) {
+            *corner = [raw[axis[0]], raw[axis[1]], raw[axis[2]] * sign];
         }
         let live = (0xffu32 >> (8 - eight.len())) as u8;
         counts.prepared += eight.len() as u64;
@@ -413,72 +463,59 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     false
 }
 
-/// Up to [`GROUP`] leaves.
+/// Finds the blocks of triangles that may concern a group of leaves. False if there are none, or one triangle covers all leaves.
 #[inline(always)]
-fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
-    let Scratch { blocks, used, hulls, leaves, slots_sorted, live, live_hulls, open, counts, .. } = scratch;
+fn choose<S: Simd>(s: S, pass: &Pass<'_>, range: std::ops::Range<usize>, scratch: &mut Scratch) -> bool {
+    let Scratch { blocks, used, hulls, leaves, loose, live, live_hulls, counts, .. } = scratch;
     let leaves = &leaves[range];
-    let mut region = Region::EMPTY;
+    let mut sides = f32x8::splat(s, f32::INFINITY);
     for leaf in leaves {
-        region = region.union(&leaf.region);
+        sides = sides.min(leaf.sides(s));
     }
+    let part = Part::new(s, sides);
     live.clear();
     live_hulls.clear();
     for first in (0..*used).step_by(8) {
-        let mut near = hulls.near(s, first, &region);
+        let mut near = hulls.near(s, first, &part);
         while near != 0 {
             let i = first + near.trailing_zeros() as usize;
             near &= near - 1;
             let prepared = &blocks[i];
             counts.group_tests += 1;
-            let (maybe, covers) = prepared.block.cull(s, &region);
-            if covers & prepared.live != 0 {
+            let found = prepared.block.cull(s, &part);
+            if found.covers & prepared.live != 0 {
                 counts.node_accept += 1;
                 for leaf in leaves {
-                    finish(pass, slots_sorted, leaf, leaf.mask);
+                    finish(pass, loose, leaf, leaf.mask());
                 }
-                return;
+                return false;
             }
-            let maybe = maybe & prepared.live;
+            let maybe = found.maybe & prepared.live;
             if maybe != 0 {
                 live.push((i as u32, maybe));
                 live_hulls.push(hulls.get(i));
             }
         }
     }
-    if live.is_empty() {
-        return;
-    }
+    !live.is_empty()
+}
+
+/// Up to [`GROUP`] leaves against the blocks of triangles in `live`.
+#[inline(always)]
+fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
+    let Scratch { blocks, leaves, loose, live, live_hulls, open, counts, .. } = scratch;
     let frame = Frame::of(pass.tiles.face[tile] as usize);
     let blocks = Blocks { all: blocks, live, hulls: live_hulls };
-    for leaf in leaves {
-        open.clear();
+    for leaf in &leaves[range] {
         // Whole blocks are four vectors, all others two; which samples of the block those are is in the mask.
-        let (shift, mut alive) = leaf.vectors();
-        if leaf.is_whole() {
-            let p = frame.turn_all(load_whole(s, pass, leaf));
-            alive = pairs(s, &blocks, &leaf.region, &p, alive, open, counts);
+        let mask = leaf.mask();
+        let blocked = if is_whole(mask) {
+            samples::<S, 4>(s, pass, &blocks, &frame, leaf, mask, loose, open, counts)
         } else {
-            let p = frame.turn_all(load_half(s, pass, slots_sorted, leaf));
-            alive = pairs(s, &blocks, &leaf.region, &p, alive, open, counts);
-        }
-        for o in open.iter() {
-            if alive == 0 {
-                break;
-            }
-            let (plane, sides) = (o.plane & alive, o.sides & alive);
-            if plane | sides != 0 {
-                let blocked = if leaf.is_whole() {
-                    let p = load_whole(s, pass, leaf);
-                    resolve(s, pass, o.id, &p, plane, sides, counts)
-                } else {
-                    let p = load_half(s, pass, slots_sorted, leaf);
-                    resolve(s, pass, o.id, &p, plane, sides, counts)
-                };
-                alive &= !blocked;
-            }
-        }
-        finish(pass, slots_sorted, leaf, leaf.mask & !(alive << shift));
+            let shift = if mask & LOW == 0 { HALF } else { 0 };
+            samples::<S, 2>(s, pass, &blocks, &frame, leaf, mask >> shift, loose, open, counts) << shift
+        };
+        finish(pass, loose, leaf, blocked);
     }
 }
 
@@ -488,62 +525,99 @@ struct Blocks<'a> {
     all: &'a [Prepared],
     /// Number and lanes.
     live: &'a [(u32, u8)],
-    /// Bounds of those in `live`.
+    /// Bounds of those in `live`, if they are more than [`FEW_BLOCKS`].
     hulls: &'a Boxes,
 }
 
-/// The samples of a leaf (`V` vectors, those in `alive` count) that no triangle is certain to block; what f32 leaves open is
-/// noted.
+/// Which samples of a leaf (`V` vectors, those in `of_leaf` count) some triangle blocks.
 #[inline(always)]
-fn pairs<S: Simd, const V: usize>(
+fn samples<S: Simd, const V: usize>(
     s: S,
+    pass: &Pass<'_>,
     blocks: &Blocks<'_>,
-    region: &Region,
-    p: &[[f32x8<S>; V]; 3],
-    mut alive: u32,
+    frame: &Frame,
+    leaf: &Leaf,
+    of_leaf: u32,
+    loose: &[Loose],
     open: &mut Vec<Open>,
     counts: &mut Counts,
 ) -> u32 {
+    let part = Part::new(s, leaf.sides(s));
+    let mut alive = of_leaf;
+    open.clear();
+    // Many leaves meet no triangle: samples are read when the first one wants them.
+    let (mut p, mut loaded) = ([[f32x8::splat(s, 0.0); V]; 3], false);
     for first in (0..blocks.live.len()).step_by(8) {
-        let mut near = blocks.hulls.near(s, first, region);
+        let mut near = if blocks.live.len() <= FEW_BLOCKS {
+            (1 << blocks.live.len()) - 1
+        } else {
+            blocks.hulls.near(s, first, &part)
+        };
         while near != 0 {
             let (i, mask) = blocks.live[first + near.trailing_zeros() as usize];
             near &= near - 1;
             let prepared = &blocks.all[i as usize];
             counts.leaf_box_tests += 1;
-            let (maybe, covers) = prepared.block.cull(s, region);
-            if covers & mask != 0 {
+            let found = prepared.block.cull(s, &part);
+            if found.covers & mask != 0 {
                 counts.node_accept += 1;
-                return 0;
+                return of_leaf;
             }
-            let mut maybe = maybe & mask;
+            let mut maybe = found.maybe & mask;
+            if maybe != 0 && !loaded {
+                p = load(s, pass, leaf, loose);
+                loaded = true;
+            }
+            let [u, v, w] = frame.axis;
+            let turned = [&p[u], &p[v], &p[w]];
             while maybe != 0 {
                 let lane = maybe.trailing_zeros() as usize;
                 maybe &= maybe - 1;
                 counts.pairs += 1;
                 counts.leaf.leaf_tests += u64::from(alive.count_ones());
-                let (mut plane, mut sides) = (0, 0);
-                for v in 0..V {
-                    let live = (alive >> (8 * v)) as u8;
-                    // Two vectors are tested faster than asked about.
-                    if V > 2 && live == 0 {
-                        continue;
-                    }
-                    let lanes = prepared.block.lanes(s, lane, [p[0][v], p[1][v], p[2][v]], live);
-                    alive &= !(u32::from(lanes.blocked) << (8 * v));
-                    plane |= u32::from(lanes.plane) << (8 * v);
-                    sides |= u32::from(lanes.sides) << (8 * v);
-                }
+                let within = found.within >> lane & 1 == 1;
+                let tested = prepared.block.test(s, lane, turned, frame.sign, alive, within);
+                alive &= !tested.blocked;
                 if alive == 0 {
-                    return 0;
+                    return of_leaf;
                 }
-                if plane | sides != 0 {
-                    open.push(Open { id: prepared.ids[lane], plane, sides });
+                if tested.plane | tested.sides != 0 {
+                    open.push(Open { id: prepared.ids[lane], plane: tested.plane, sides: tested.sides });
                 }
             }
         }
     }
-    alive
+    for o in open.iter() {
+        let (plane, sides) = (o.plane & alive, o.sides & alive);
+        if plane | sides != 0 {
+            alive &= !resolve(s, pass, o.id, &p, plane, sides, counts);
+        }
+    }
+    of_leaf & !alive
+}
+
+/// World coordinates of the samples of a leaf: four vectors of a whole block, two of anything else. What lanes without a sample hold does not matter.
+#[inline(always)]
+fn load<S: Simd, const V: usize>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose]) -> [[f32x8<S>; V]; 3] {
+    let mut p = [[f32x8::splat(s, 0.0); V]; 3];
+    let (block, mask) = (leaf.block(), leaf.mask());
+    if V == 4 {
+        let whole = pass.layout.load(s, pass.positions, block as usize);
+        for k in 0..3 {
+            p[k].copy_from_slice(&whole[k][..V]);
+        }
+        return p;
+    }
+    let half = if block & LOOSE != 0 {
+        let first = (block & !LOOSE) as usize;
+        load_loose(s, &loose[first..loose.len().min(first + HALF)])
+    } else {
+        pass.layout.load_half(s, pass.positions, block as usize, usize::from(mask & LOW == 0))
+    };
+    for k in 0..3 {
+        p[k].copy_from_slice(&half[k][..V]);
+    }
+    p
 }
 
 /// The samples that an open triangle blocks: f64, then exact arithmetic. `plane` and `sides` are those to decide.
@@ -594,40 +668,19 @@ fn resolve<S: Simd, const V: usize>(
     )
 }
 
-/// World coordinates of the samples of a whole block.
-#[inline(always)]
-fn load_whole<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Work) -> [[f32x8<S>; 4]; 3] {
-    pass.layout.load(s, pass.positions, leaf.block as usize)
-}
-
-/// World coordinates of the samples of half a block, or of loose ones. What lanes without a sample hold does not matter.
-#[inline(always)]
-fn load_half<S: Simd>(s: S, pass: &Pass<'_>, slots: &[Slot], leaf: &Work) -> [[f32x8<S>; 2]; 3] {
-    if leaf.block & LOOSE == 0 {
-        let half = usize::from(leaf.mask & LOW == 0);
-        return pass.layout.load_half(s, pass.positions, leaf.block as usize, half);
-    }
-    let first = (leaf.block & !LOOSE) as usize;
-    let mut at = [[0.0; HALF]; 3];
-    for (i, slot) in slots[first..].iter().take(HALF).enumerate() {
-        (at[0][i], at[1][i], at[2][i]) = (slot.world[0], slot.world[1], slot.world[2]);
-    }
-    [halves(s, &at[0]), halves(s, &at[1]), halves(s, &at[2])]
-}
-
 /// Notes samples of a leaf that are in shadow.
 #[inline(always)]
-fn finish(pass: &Pass<'_>, slots: &[Slot], leaf: &Work, shadowed: u32) {
+fn finish(pass: &Pass<'_>, loose: &[Loose], leaf: &Leaf, shadowed: u32) {
     if shadowed == 0 {
         return;
     }
-    if leaf.block & LOOSE == 0 {
-        pass.words[leaf.block as usize].fetch_or(shadowed, Relaxed);
+    if leaf.block() & LOOSE == 0 {
+        pass.words[leaf.block() as usize].fetch_or(shadowed, Relaxed);
         return;
     }
-    let first = (leaf.block & !LOOSE) as usize;
+    let first = (leaf.block() & !LOOSE) as usize;
     for i in (0..HALF).filter(|i| shadowed >> i & 1 == 1) {
-        let slot = slots[first + i].slot as usize;
-        pass.words[slot / BLOCK].fetch_or(1 << (slot % BLOCK), Relaxed);
+        let (block, sample) = loose[first + i].slot();
+        pass.words[block].fetch_or(1 << sample, Relaxed);
     }
 }
