@@ -114,7 +114,7 @@ impl Part {
         let hi = -hi;
         let middle = (lo + hi) * 0.5;
         let half = (hi - middle).max(middle - lo);
-        let half = half.mul_add(f32::EPSILON, half);
+        let half = half + half * f32::EPSILON;
         Part { lo: lo.to_array(), hi: hi.to_array(), middle: middle.to_array(), half: half.to_array() }
     }
 }
@@ -384,38 +384,48 @@ impl TileBlock {
             // The product is exact: the same difference as in the frame.
             q[i] = [u[i] - a[0], v[i] - a[1], w[i].mul_sub(sign, a[2])];
         }
-        let (mut inside, mut out) = (u32::MAX, 0);
-        if !within {
-            let mut sides = [zero; V];
-            self.values(s, 0, lane, zero, &q, &mut sides);
-            let mut more = [zero; V];
-            self.values(s, 1, lane, f32x8::splat(s, self.det[0][lane]), &q, &mut more);
-            for i in 0..V {
-                sides[i] = sides[i].min(more[i]);
-            }
-            self.values(s, 2, lane, zero, &q, &mut more);
-            inside = 0;
-            for i in 0..V {
-                sides[i] = sides[i].min(more[i]);
-                out |= u32::from(bits(sides[i].simd_lt(-1.0))) << (8 * i);
-                inside |= u32::from(bits(sides[i].simd_gt(1.0))) << (8 * i);
-            }
-        }
         // The plane with the bound of each sample itself: most samples lie on a triangle of their own.
         let mut plane = [zero; V];
         self.values(s, 3, lane, zero, &q, &mut plane);
         let mag = &self.plane_mag;
-        let mag = [mag[0][lane], mag[1][lane], mag[2][lane]];
+        let mag = splat3(s, [mag[0][lane], mag[1][lane], mag[2][lane]]);
         let floor = f32x8::splat(s, LEAST);
-        let mut beyond = 0;
+        let mut bound = [zero; V];
         for i in 0..V {
             let [x, y, z] = abs(q[i]);
-            let bound = z.mul_add(mag[2], y.mul_add(mag[1], x.mul_add(mag[0], floor)));
-            beyond |= u32::from(bits(plane[i].simd_gt(bound))) << (8 * i);
-            out |= u32::from(bits(plane[i].simd_lt(-bound))) << (8 * i);
+            bound[i] = z.mul_add(mag[2], y.mul_add(mag[1], x.mul_add(mag[0], floor)));
         }
-        let blocked = alive & inside & beyond;
+        let (mut blocked, mut out) = (0, 0);
+        if within {
+            for i in 0..V {
+                blocked |= u32::from(bits(plane[i].simd_gt(bound[i]))) << (8 * i);
+                out |= u32::from(bits(plane[i].simd_lt(-bound[i]))) << (8 * i);
+            }
+            blocked &= alive;
+            return Tested { blocked, plane: alive & !blocked & !out, sides: 0 };
+        }
+        let (mut sides, mut more) = ([zero; V], [zero; V]);
+        self.values(s, 0, lane, zero, &q, &mut sides);
+        self.values(s, 1, lane, f32x8::splat(s, self.det[0][lane]), &q, &mut more);
+        for i in 0..V {
+            sides[i] = sides[i].min(more[i]);
+        }
+        self.values(s, 2, lane, zero, &q, &mut more);
+        for i in 0..V {
+            sides[i] = sides[i].min(more[i]);
+            let (beyond, before) = (plane[i].simd_gt(bound[i]), plane[i].simd_lt(-bound[i]));
+            blocked |= u32::from(bits(beyond & sides[i].simd_gt(1.0))) << (8 * i);
+            out |= u32::from(bits(before | sides[i].simd_lt(-1.0))) << (8 * i);
+        }
+        blocked &= alive;
         let open = alive & !blocked & !out;
+        if open == 0 {
+            return Tested { blocked, plane: 0, sides: 0 };
+        }
+        let mut inside = 0;
+        for i in 0..V {
+            inside |= u32::from(bits(sides[i].simd_gt(1.0))) << (8 * i);
+        }
         Tested { blocked, plane: open & inside, sides: open & !inside }
     }
 

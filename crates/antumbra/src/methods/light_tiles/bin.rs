@@ -36,19 +36,19 @@ pub(super) struct Pass<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
     pub(super) id: u32,
-    /// Where it is seen, in sixteenths of the cells of its face: column, row. Only for the order of the tests.
-    pub(super) at: [u16; 2],
+    /// Where it is seen, in sixteenths of the cells of its face: column, and row times 2^16. Only for the order of the tests.
+    pub(super) at: u32,
 }
 
 impl Entry {
     /// A triangle that spans tiles.
     pub(super) fn large(id: u32) -> Entry {
-        Entry { id, at: [LARGE; 2] }
+        Entry { id, at: LARGE }
     }
 }
 
 /// No place: seen all over the tile.
-pub(super) const LARGE: u16 = u16::MAX;
+pub(super) const LARGE: u32 = u32::MAX;
 
 /// What a worker leaves behind.
 #[derive(Debug, Default)]
@@ -197,7 +197,7 @@ fn within<S: Simd>(
         let i = live.trailing_zeros() as usize;
         live &= live - 1;
         let seen = Seen { x: [x[0][i], x[1][i]], y: [y[0][i], y[1][i]], r: r[i] };
-        let entry = Entry { id: (first + i) as u32, at: [columns[i] as u16, rows[i] as u16] };
+        let entry = Entry { id: (first + i) as u32, at: rows[i] << 16 | columns[i] };
         let took = place(s, pass, face, entry, [x0[i], x1[i], y0[i], y1[i]], &seen, out);
         found |= u32::from(took) << i;
     }
@@ -252,7 +252,7 @@ fn together<S: Simd>(
         while near != 0 {
             let i = near.trailing_zeros() as usize;
             near &= near - 1;
-            out.ids.push(tile, Entry { id: (first + i) as u32, at: [columns[i] as u16, rows[i] as u16] });
+            out.ids.push(tile, Entry { id: (first + i) as u32, at: rows[i] << 16 | columns[i] });
         }
     });
     Some(found)

@@ -26,6 +26,9 @@ pub(super) struct Layout {
 /// Blocks a row of a list.
 const LIST_COLUMNS: usize = 128;
 
+/// The numbers of the four rows of a block, and one more each.
+pub(super) type Rows<'a> = [&'a [f32; 25]; 4];
+
 impl Layout {
     /// Of `len` samples, `width` a row (a last row may be short).
     pub(super) fn new(len: usize, width: usize) -> Layout {
@@ -140,33 +143,23 @@ impl Layout {
         }
     }
 
-    /// Whether a block of a picture, no border block, has no sample: every number is NaN.
-    #[inline(always)]
-    pub(super) fn is_background<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> bool {
-        if self.is_list {
-            return false;
-        }
-        let Some(rows) = self.rows_of(positions, block) else { return false };
-        let first = f32x8::from_slice(s, &rows[0][..8]);
-        let mut none = first.simd_ne(first);
-        // One look tells of nearly all others.
-        if none.to_bitmask() != 0xff {
-            return false;
-        }
-        for row in rows {
-            for i in [0, 8, 16] {
-                let v = f32x8::from_slice(s, &row[i..i + 8]);
-                none &= v.simd_ne(v);
-            }
-        }
-        none.to_bitmask() == 0xff
-    }
-
     /// The samples of a block of a picture, coordinates apart: rows 0 and 1, rows 2 and 3 of the left half, then of the right.
     /// Outside the picture they are NaN.
     #[inline(always)]
     pub(super) fn load<S: Simd>(&self, s: S, positions: &[[f32; 3]], block: usize) -> [[f32x8<S>; 4]; 3] {
-        let ([x, y, z], [x2, y2, z2]) = if let Some(rows) = self.rows_of(positions, block) {
+        self.load_rows(s, positions, block, self.rows_of(positions, block))
+    }
+
+    /// The same, of a block whose rows are known.
+    #[inline(always)]
+    pub(super) fn load_rows<S: Simd>(
+        &self,
+        s: S,
+        positions: &[[f32; 3]],
+        block: usize,
+        rows: Option<Rows<'_>>,
+    ) -> [[f32x8<S>; 4]; 3] {
+        let ([x, y, z], [x2, y2, z2]) = if let Some(rows) = rows {
             (half_of::<S, 0>(s, rows), half_of::<S, 12>(s, rows))
         } else {
             (self.load_half(s, positions, block, 0), self.load_half(s, positions, block, 1))
@@ -196,7 +189,7 @@ impl Layout {
 
     /// The coordinates of the four rows of a block, and one number more. `None` at the border.
     #[inline(always)]
-    fn rows_of<'a>(&self, positions: &'a [[f32; 3]], block: usize) -> Option<[&'a [f32; 25]; 4]> {
+    pub(super) fn rows_of<'a>(&self, positions: &'a [[f32; 3]], block: usize) -> Option<Rows<'a>> {
         let (row, column) = self.place(block);
         if 8 * column + 8 > self.width {
             return None;
@@ -219,9 +212,27 @@ impl Layout {
     }
 }
 
+/// Whether a block has no sample: every number is NaN.
+#[inline(always)]
+pub(super) fn is_background<S: Simd>(s: S, rows: Rows<'_>) -> bool {
+    let first = f32x8::from_slice(s, &rows[0][..8]);
+    let mut none = first.simd_ne(first);
+    // One look tells of nearly all others.
+    if none.to_bitmask() != 0xff {
+        return false;
+    }
+    for row in rows {
+        for i in [0, 8, 16] {
+            let v = f32x8::from_slice(s, &row[i..i + 8]);
+            none &= v.simd_ne(v);
+        }
+    }
+    none.to_bitmask() == 0xff
+}
+
 /// Four points of each row, from number `AT` on, coordinates apart: two rows a vector.
 #[inline(always)]
-fn half_of<S: Simd, const AT: usize>(s: S, [a, b, c, d]: [&[f32; 25]; 4]) -> [[f32x8<S>; 2]; 3] {
+fn half_of<S: Simd, const AT: usize>(s: S, [a, b, c, d]: Rows<'_>) -> [[f32x8<S>; 2]; 3] {
     let ([x, y, z], [x2, y2, z2]) = (points::<S, AT>(s, a, b), points::<S, AT>(s, c, d));
     [[x, x2], [y, y2], [z, z2]]
 }

@@ -9,7 +9,7 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u3
 
 use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
-use super::layout::{BLOCK, HALF, Layout};
+use super::layout::{BLOCK, HALF, Layout, is_background};
 use super::lists::Lists;
 use super::shuffle::{three_columns, two, zip_high, zip_low};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
@@ -131,10 +131,10 @@ pub(super) fn look(
     for (column, point) in points.iter_mut().enumerate() {
         *point = Point { face: NOTHING, at: [0.0; 2] };
         let (start, line) = layout.corner(row * layout.columns + column);
-        // One from the middle, else a corner. Others do not matter: points only say where tiles should be small.
-        for i in [line + 1, 0, 3, 3 * line, 3 * line + 3] {
+        // One from the middle, else another of its row. Others do not matter: points only say where tiles should be small.
+        for i in [line + 2, line + 5, line, line + 7] {
             // At the right border this may be a sample of another line: no harm either.
-            let Some(&p) = positions.get(start + i) else { continue };
+            let Some(&p) = positions.get(start + i).filter(|p| !p[0].is_nan()) else { continue };
             let Some((face, at)) = direction(p, light) else { continue };
             *point = Point { face: face as u32, at: [at[0], at[1]] };
             bounds[face] = bounds[face].union(&Region { lo: at, hi: at });
@@ -162,16 +162,17 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
     mask.fill(LIT);
     for column in 0..layout.columns {
         let block = row * layout.columns + column;
-        if layout.is_background(s, pass.positions, block) {
-            layout.fill(mask, column, NONE);
-            continue;
-        }
         let valid = if layout.is_list {
             let valid = exist(pass, block, out);
             scatter(pass, block, valid, out);
             valid
         } else {
-            block_of(s, pass, block, layout.load(s, pass.positions, block), out)
+            let rows = layout.rows_of(pass.positions, block);
+            if rows.is_some_and(|rows| is_background(s, rows)) {
+                layout.fill(mask, column, NONE);
+                continue;
+            }
+            block_of(s, pass, block, layout.load_rows(s, pass.positions, block, rows), out)
         };
         if valid != u32::MAX {
             layout.mark(mask, column, !valid & layout.inside(column), NONE);

@@ -6,7 +6,7 @@ use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
 use antumbra_predicates::tile::{Part, Region, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
-use fearless_simd::{Bytes, Simd, SimdBase, f32x8, u32x8};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 
 use super::bin::{Binned, Entry, LARGE};
 use super::boxes::Boxes;
@@ -62,7 +62,8 @@ pub(super) struct Counts {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) counts: Counts,
-    entries: Vec<Keyed>,
+    entries: Vec<Entry>,
+    entry_keys: Vec<u32>,
     ids: Vec<u32>,
     /// The first `used` are those of the tile.
     blocks: Vec<Prepared>,
@@ -77,7 +78,7 @@ pub(super) struct Scratch {
     /// The same before they are sorted.
     mixed_leaves: Vec<Leaf>,
     mixed_loose: Vec<Loose>,
-    keys: Vec<u16>,
+    keys: Vec<u32>,
     live: Vec<(u32, u8)>,
     open: Vec<Open>,
 }
@@ -103,13 +104,6 @@ const LOW: u32 = (1 << HALF) - 1;
 
 /// Blocks of triangles that are asked for before they are prepared.
 const AHEAD: usize = 3;
-
-/// A triangle of the tile, and where it goes: large ones first, then by place in the tile.
-#[derive(Clone, Copy, Debug)]
-struct Keyed {
-    id: u32,
-    key: u16,
-}
 
 /// A triangle and the samples of a leaf for which f32 was not enough.
 #[derive(Clone, Copy, Debug)]
@@ -146,9 +140,8 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     let covered = pass.covered[tile].load(Relaxed);
     scratch.entries.clear();
     if !covered {
-        let place = Place::of(pass.tiles, tile);
         for worker in pass.binned {
-            worker.ids.each(tile, |entries| scratch.entries.extend(entries.iter().map(|e| place.key(e))));
+            worker.ids.each(tile, |entries| scratch.entries.extend_from_slice(entries));
         }
         if scratch.entries.is_empty() {
             return;
@@ -249,7 +242,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
         for sixteen in mixed_loose.chunks(HALF) {
             let p = load_loose(s, sixteen);
             let found = place.sixteen(s, face, pass.light, &p);
-            keys.extend_from_slice(&found[..sixteen.len()]);
+            keys.extend_from_slice(&found);
         }
         counting_sort::<_, _, 1024>(mixed_loose, loose, |i| keys[i], |l| *l);
     } else {
@@ -288,14 +281,14 @@ impl LeafPlace {
 
     /// Two bits each of r, y, x of the least sides of a leaf.
     #[inline(always)]
-    fn leaf<S: Simd>(&self, s: S, leaf: &Leaf) -> u16 {
+    fn leaf<S: Simd>(&self, s: S, leaf: &Leaf) -> u32 {
         let ([lx, ly, lr], [sx, sy, sr]) = (self.lo, self.scale);
         let steps = 3.0;
         let at = leaf.sides(s) - f32x8::load_array(s, [lx, ly, lr, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let scale = [sx * steps, sy * steps, sr * steps, 0.0, 0.0, 0.0, 0.0, 0.0];
         let whole: u32x8<S> = (at * f32x8::load_array(s, scale) + MAGIC).bitcast();
         let [x, y, r, ..] = whole.to_array();
-        ((r & 3) << 4 | (y & 3) << 2 | x & 3) as u16
+        (r & 3) << 4 | (y & 3) << 2 | x & 3
     }
 
     #[inline(always)]
@@ -305,7 +298,7 @@ impl LeafPlace {
 
     /// Two bits of depth over four bits each of a curve through the directions, of sixteen samples.
     #[inline(always)]
-    fn sixteen<S: Simd>(&self, s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> [u16; HALF] {
+    fn sixteen<S: Simd>(&self, s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> [u32; HALF] {
         let l = light;
         let q = [
             [p[0][0] - l[0], p[0][1] - l[0]],
@@ -319,9 +312,7 @@ impl LeafPlace {
             let (x, y, r) =
                 (self.step(0, u[h] * r, 15.0), self.step(1, v[h] * r, 15.0), self.step(2, r, 3.0));
             let key = ((r & 3) << 8) | (spread(y) << 1) | spread(x);
-            for (to, from) in keys[8 * h..].iter_mut().zip(key.to_array()) {
-                *to = from as u16;
-            }
+            keys[8 * h..8 * h + 8].copy_from_slice(&key.to_array());
         }
         keys
     }
@@ -338,15 +329,17 @@ fn spread<S: Simd>(v: u32x8<S>) -> u32x8<S> {
 fn counting_sort<T, U: Copy, const KEYS: usize>(
     from: &[T],
     to: &mut Vec<U>,
-    key: impl Fn(usize) -> u16,
+    key: impl Fn(usize) -> u32,
     get: impl Fn(&T) -> U,
 ) {
     to.clear();
-    to.extend(from.iter().map(&get));
+    let Some(any) = from.first() else { return };
     if from.len() <= 8 {
         // One vector or group: nothing to part.
+        to.extend(from.iter().map(get));
         return;
     }
+    to.resize(from.len(), get(any));
     let mut start = [0u32; KEYS];
     for i in 0..from.len() {
         start[key(i) as usize % KEYS] += 1;
@@ -362,39 +355,33 @@ fn counting_sort<T, U: Copy, const KEYS: usize>(
     }
 }
 
-/// Keys of triangles within a tile.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    first: [u16; 2],
-    shift: u32,
+/// Keys of triangles within a tile: large triangles first, they may cover all; then neighbours together, so that blocks of eight
+/// have narrow bounds.
+#[inline(always)]
+fn entry_keys<S: Simd>(s: S, tiles: &Tiles, tile: usize, entries: &[Entry], keys: &mut Vec<u32>) {
+    keys.clear();
+    let [x, _, y, _] = tiles.cells[tile].map(|cell| u32::from(cell) * PLACES);
+    // Eight parts of the tile each way.
+    let place = (x, y, tiles.shift(tile) + 1);
+    let (eights, rest) = entries.as_chunks();
+    for [a, b, c, d, e, f, g, h] in eights {
+        keys.extend_from_slice(&eight_keys(s, place, [a.at, b.at, c.at, d.at, e.at, f.at, g.at, h.at]));
+    }
+    let mut at = [0; 8];
+    for (at, entry) in at.iter_mut().zip(rest) {
+        *at = entry.at;
+    }
+    keys.extend_from_slice(&eight_keys(s, place, at));
 }
 
-/// Places of 8 x 8 parts of a tile (column, row times 8) along a curve.
-const CURVE: [u8; 64] = {
-    let mut curve = [0; 64];
-    let mut i = 0;
-    while i < 64 {
-        let (x, y) = (i % 8, i / 8);
-        curve[i] = ((x & 1) | (y & 1) << 1 | (x & 2) << 1 | (y & 2) << 2 | (x & 4) << 2 | (y & 4) << 3) as u8;
-        i += 1;
-    }
-    curve
-};
-
-impl Place {
-    fn of(tiles: &Tiles, tile: usize) -> Place {
-        let [x, _, y, _] = tiles.cells[tile];
-        Place { first: [x * PLACES as u16, y * PLACES as u16], shift: tiles.shift(tile) + 1 }
-    }
-
-    /// Large triangles first, they may cover all; then neighbours together, so that blocks of eight have narrow bounds.
-    #[inline(always)]
-    fn key(&self, e: &Entry) -> Keyed {
-        let [x, y] =
-            [0, 1].map(|k| usize::from((e.at[k].saturating_sub(self.first[k]) >> self.shift).min(7)));
-        let key = if e.at[0] == LARGE { 0 } else { 1 + u16::from(CURVE[y << 3 | x]) };
-        Keyed { id: e.id, key }
-    }
+#[inline(always)]
+fn eight_keys<S: Simd>(s: S, (x, y, shift): (u32, u32, u32), at: [u32; 8]) -> [u32; 8] {
+    let at = u32x8::load_array(s, at);
+    let (column, row) = (at & 0xffff, at >> 16);
+    // Less than the tile's first is its first.
+    let (x, y) = (column.max(x) - x, row.max(y) - y);
+    let curve = spread((x >> shift).min(7)) | (spread((y >> shift).min(7)) << 1);
+    column.simd_eq(LARGE & 0xffff).select(u32x8::splat(s, 0), curve + 1).to_array()
 }
 
 /// Prepares the triangles of the list. True if one covers the tile.
@@ -403,10 +390,11 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     let frame = Frame::of(pass.tiles.face[tile] as usize);
     let light = frame.turn(pass.light);
     let prepared_for = Tile::new(light, pass.tiles.region[tile]);
-    let Scratch { entries, ids, blocks, used, hulls, counts, .. } = scratch;
+    let Scratch { entries, entry_keys: keys, ids, blocks, used, hulls, counts, .. } = scratch;
     *used = 0;
     hulls.clear();
-    counting_sort::<_, _, 128>(entries, ids, |i| entries[i].key, |e| e.id);
+    entry_keys(s, pass.tiles, tile, entries, keys);
+    counting_sort::<_, _, 128>(entries, ids, |i| keys[i], |e| e.id);
     let Frame { axis, sign } = frame;
     for &id in ids.iter().take(8 * AHEAD) {
         prefetch(pass.triangles, id as usize);
@@ -545,8 +533,9 @@ fn samples<S: Simd, const V: usize>(
     let part = Part::new(s, leaf.sides(s));
     let mut alive = of_leaf;
     open.clear();
-    // Many leaves meet no triangle: samples are read when the first one wants them.
-    let (mut p, mut loaded) = ([[f32x8::splat(s, 0.0); V]; 3], false);
+    let p = load::<S, V>(s, pass, leaf, loose);
+    let [u, v, w] = frame.axis;
+    let turned = [&p[u], &p[v], &p[w]];
     for first in (0..blocks.live.len()).step_by(8) {
         let mut near = if blocks.live.len() <= FEW_BLOCKS {
             (1 << blocks.live.len()) - 1
@@ -564,21 +553,16 @@ fn samples<S: Simd, const V: usize>(
                 return of_leaf;
             }
             let mut maybe = found.maybe & mask;
-            if maybe != 0 && !loaded {
-                p = load(s, pass, leaf, loose);
-                loaded = true;
-            }
-            let [u, v, w] = frame.axis;
-            let turned = [&p[u], &p[v], &p[w]];
+            counts.pairs += u64::from(maybe.count_ones());
+            counts.leaf.leaf_tests += u64::from(maybe.count_ones() * alive.count_ones());
             while maybe != 0 {
                 let lane = maybe.trailing_zeros() as usize;
                 maybe &= maybe - 1;
-                counts.pairs += 1;
-                counts.leaf.leaf_tests += u64::from(alive.count_ones());
                 let within = found.within >> lane & 1 == 1;
                 let tested = prepared.block.test(s, lane, turned, frame.sign, alive, within);
                 alive &= !tested.blocked;
                 if alive == 0 {
+                    counts.pairs -= u64::from(maybe.count_ones());
                     return of_leaf;
                 }
                 if tested.plane | tested.sides != 0 {
