@@ -12,7 +12,7 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 use rayon::prelude::*;
 
 use super::frame::FACES;
-use super::tuning::{CROWDED, DEPTH, LEAST_POINTS, LEVELS, TILE_POINTS, TILES};
+use super::tuning::{CROWDED, DEPTH, LEAST_POINTS, LEVELS, SPARE, SPARE_CROWDED, TILE_POINTS, TILES};
 
 /// Marks an entry of a node or of a cell that is not a tile: a node.
 pub(super) const NODE: u32 = 1 << 31;
@@ -135,9 +135,9 @@ const NOWHERE: [u32; 4] = [u32::MAX, 0, u32::MAX, 0];
 
 impl Grid {
     /// Fits the grid to points within `bounds`, and counts them.
-    fn count(&mut self, points: &[[f32; 2]], bounds: &Region, limit: u32) {
-        // Four levels more than an even spread would need: triangles are looked up one cell wider than they are.
-        let levels = 4 + (points.len() as u32 / limit).max(1).ilog2().div_ceil(2);
+    fn count(&mut self, points: &[[f32; 2]], bounds: &Region, limit: u32, spare: u32) {
+        // Levels more than an even spread would need: on a face, triangles are looked up one cell wider than they are.
+        let levels = spare + (points.len() as u32 / limit).max(1).ilog2().div_ceil(2);
         let levels = levels.next_multiple_of(2).min(LEVELS);
         let side = 1usize << levels;
         self.levels = levels;
@@ -242,7 +242,7 @@ impl Tiles {
                 list.clear();
                 list.extend(points.iter().filter(|p| p.face as usize == face).map(|p| p.at));
                 grid.root = NOTHING;
-                grid.count(list, bounds, limit);
+                grid.count(list, bounds, limit, SPARE);
             },
         );
         for face in 0..FACES {
@@ -333,7 +333,7 @@ impl Tiles {
                 let at = [p[0], p[1], 0.0];
                 sum.union(&Region { lo: at, hi: at })
             });
-            self.grids[number as usize].count(&points, &bounds, self.limit);
+            self.grids[number as usize].count(&points, &bounds, self.limit, SPARE_CROWDED);
             self.fill(number as usize, face, &points, depth + 1);
             let root = self.grids[number as usize].root;
             match parent {

@@ -131,8 +131,10 @@ pub(super) fn look(
     for (column, point) in points.iter_mut().enumerate() {
         *point = Point { face: NOTHING, at: [0.0; 2] };
         let (start, line) = layout.corner(row * layout.columns + column);
-        // One from the middle, else another of its row. Others do not matter: points only say where tiles should be small.
-        for i in [line + 2, line + 5, line, line + 7] {
+        // One of a row in the middle, now here, now there: what alternates from pixel to pixel must not hide. Others of the row if there
+        // is none. Points only say where tiles should be small.
+        let x = (column as u32).wrapping_mul(0x9e37_79b9) as usize >> 29;
+        for i in [x, x ^ 5, x ^ 2, x ^ 7].map(|x| line + x) {
             // At the right border this may be a sample of another line: no harm either.
             let Some(&p) = positions.get(start + i).filter(|p| !p[0].is_nan()) else { continue };
             let Some((face, at)) = direction(p, light) else { continue };
@@ -486,6 +488,9 @@ fn loosen<S: Simd>(
     out: &mut Gathered,
 ) {
     let corner = pass.layout.corner(block);
+    for i in bits(u32::from(mask)) {
+        out.loose.ask_for_end(tiles[i / 8][i % 8]);
+    }
     for i in bits(u32::from(mask)) {
         let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
         let sample = HALF * half + i;

@@ -2,22 +2,29 @@
 
 use super::prefetch::prefetch;
 
-/// Items of a chunk: with link and count one cache line of 4-byte items, two of 8-byte items, thirteen of leaves.
+/// Items of a chunk.
 const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Chunk<T> {
+    /// The chunk before; it is full.
     next: u32,
-    count: u32,
     items: [T; ITEMS],
+}
+
+/// The last chunk of a list. How full it is stands here, so that adding to a list touches one line of the chunk.
+#[derive(Clone, Copy, Debug)]
+struct Tail {
+    chunk: u32,
+    count: u32,
 }
 
 /// Lists by number.
 #[derive(Debug, Default)]
 pub(super) struct Lists<T> {
-    head: Vec<u32>,
+    tails: Vec<Tail>,
     chunks: Vec<Chunk<T>>,
     items: usize,
 }
@@ -25,8 +32,8 @@ pub(super) struct Lists<T> {
 impl<T: Copy + Default> Lists<T> {
     /// `count` empty lists. Memory is kept.
     pub(super) fn reset(&mut self, count: usize) {
-        self.head.clear();
-        self.head.resize(count, NONE);
+        self.tails.clear();
+        self.tails.resize(count, Tail { chunk: NONE, count: 0 });
         self.chunks.clear();
         self.items = 0;
     }
@@ -35,17 +42,27 @@ impl<T: Copy + Default> Lists<T> {
     #[inline(always)]
     pub(super) fn push(&mut self, list: u32, item: T) {
         self.items += 1;
-        let head = self.head[list as usize];
-        if let Some(chunk) = self.chunks.get_mut(head as usize)
-            && let Some(slot) = chunk.items.get_mut(chunk.count as usize)
+        let tail = &mut self.tails[list as usize];
+        if let Some(chunk) = self.chunks.get_mut(tail.chunk as usize)
+            && let Some(slot) = chunk.items.get_mut(tail.count as usize)
         {
             *slot = item;
-            chunk.count += 1;
+            tail.count += 1;
         } else {
-            self.head[list as usize] = self.chunks.len() as u32;
             let mut items = [T::default(); ITEMS];
             items[0] = item;
-            self.chunks.push(Chunk { next: head, count: 1, items });
+            let next = tail.chunk;
+            *tail = Tail { chunk: self.chunks.len() as u32, count: 1 };
+            self.chunks.push(Chunk { next, items });
+        }
+    }
+
+    /// Something will be added to the list soon.
+    #[inline(always)]
+    pub(super) fn ask_for_end(&self, list: u32) {
+        let tail = self.tails[list as usize];
+        if let Some(chunk) = self.chunks.get(tail.chunk as usize) {
+            prefetch(&chunk.items, tail.count as usize);
         }
     }
 
@@ -57,24 +74,24 @@ impl<T: Copy + Default> Lists<T> {
     /// Calls `visit` with the pieces of a list.
     #[inline(always)]
     pub(super) fn each(&self, list: usize, mut visit: impl FnMut(&[T])) {
-        let mut at = self.head.get(list).copied().unwrap_or(NONE);
+        let Some(&Tail { chunk: mut at, mut count }) = self.tails.get(list) else { return };
         while let Some(chunk) = self.chunks.get(at as usize) {
-            visit(&chunk.items[..chunk.count as usize]);
-            at = chunk.next;
+            visit(&chunk.items[..count as usize]);
+            (at, count) = (chunk.next, ITEMS as u32);
         }
     }
 
     /// The list will be read soon.
     #[inline(always)]
     pub(super) fn ask_for(&self, list: usize) {
-        if let Some(&head) = self.head.get(list) {
-            prefetch(&self.chunks, head as usize);
+        if let Some(tail) = self.tails.get(list) {
+            prefetch(&self.chunks, tail.chunk as usize);
         }
     }
 
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
-        self.head.len() * 4 + self.chunks.len() * size_of::<Chunk<T>>()
+        self.tails.len() * size_of::<Tail>() + self.chunks.len() * size_of::<Chunk<T>>()
     }
 }
 

@@ -147,16 +147,19 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
             return;
         }
     }
+    if covered {
+        cover(pass, tile);
+        scratch.counts.node_accept += 1;
+        return;
+    }
     // Nearly all triangles of the list will be kept.
     let sort = scratch.entries.len() > 8 * FEW_BLOCKS;
     collect(s, pass, tile, sort, scratch);
     ask_for(pass, scratch.leaves.iter().take(GROUP));
     scratch.counts.leaves += scratch.leaves.len() as u64;
-    if covered || prepare(s, pass, tile, scratch) {
+    if prepare(s, pass, tile, scratch) {
+        cover(pass, tile);
         scratch.counts.node_accept += 1;
-        for leaf in &scratch.leaves {
-            finish(pass, &scratch.loose, leaf, leaf.mask());
-        }
         return;
     }
     if scratch.used == 0 {
@@ -174,6 +177,22 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         if !sort || choose(s, pass, range.clone(), scratch) {
             group(s, pass, tile, range, scratch);
         }
+    }
+}
+
+/// All samples of a tile are in shadow.
+fn cover(pass: &Pass<'_>, tile: usize) {
+    for worker in pass.gathered {
+        worker.leaves.each(tile, |leaves| {
+            for leaf in leaves {
+                pass.words[leaf.block() as usize].fetch_or(leaf.mask(), Relaxed);
+            }
+        });
+        worker.loose.each(tile, |loose| {
+            for (block, sample) in loose.iter().map(Loose::slot) {
+                pass.words[block].fetch_or(1 << sample, Relaxed);
+            }
+        });
     }
 }
 
