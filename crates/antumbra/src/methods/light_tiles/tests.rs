@@ -104,6 +104,19 @@ fn clumps_get_grids_of_their_own() {
         assert!(mask == expected);
         // Without grids in crowded cells there would be two tiles with samples, and every triangle met every leaf.
         assert!(counter(&stats, "tiles") >= 20, "{:?}", stats.counters);
+        // Both clumps are parted, though they alternate from pixel to pixel.
+        let held = |tile: usize| {
+            let mut samples = 0;
+            for worker in &method.gathered {
+                worker.loose.each(tile, |loose| samples += loose.len());
+                worker.leaves.each(tile, |leaves| {
+                    samples += leaves.iter().map(|leaf| leaf.mask().count_ones() as usize).sum::<usize>();
+                });
+            }
+            samples
+        };
+        let most = (0..method.tiles.len()).map(held).max().unwrap();
+        assert!(most < positions.len() / 8, "{most} samples in a tile");
         let all = triangles.len() as u64 * (positions.len() as u64 / 16);
         assert!(counter(&stats, "pairs") < all / 6, "{:?}", stats.counters);
     }

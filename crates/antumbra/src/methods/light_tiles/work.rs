@@ -137,19 +137,16 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     if region.lo[0] > region.hi[0] {
         return;
     }
-    let covered = pass.covered[tile].load(Relaxed);
-    scratch.entries.clear();
-    if !covered {
-        for worker in pass.binned {
-            worker.ids.each(tile, |entries| scratch.entries.extend_from_slice(entries));
-        }
-        if scratch.entries.is_empty() {
-            return;
-        }
-    }
-    if covered {
+    if pass.covered[tile].load(Relaxed) {
         cover(pass, tile);
         scratch.counts.node_accept += 1;
+        return;
+    }
+    scratch.entries.clear();
+    for worker in pass.binned {
+        worker.ids.each(tile, |entries| scratch.entries.extend_from_slice(entries));
+    }
+    if scratch.entries.is_empty() {
         return;
     }
     // Nearly all triangles of the list will be kept.
@@ -165,11 +162,10 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     if scratch.used == 0 {
         return;
     }
+    let Scratch { live, blocks, used, .. } = scratch;
     if !sort {
-        scratch.live.clear();
-        scratch
-            .live
-            .extend(scratch.blocks[..scratch.used].iter().enumerate().map(|(i, b)| (i as u32, b.live)));
+        live.clear();
+        live.extend(blocks[..*used].iter().zip(0..).map(|(block, i)| (i, block.live)));
     }
     for first in (0..scratch.leaves.len()).step_by(GROUP) {
         ask_for(pass, scratch.leaves.iter().skip(first + GROUP).take(GROUP));
