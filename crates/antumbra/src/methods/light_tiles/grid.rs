@@ -233,18 +233,20 @@ impl Tiles {
         if self.points.len() < FACES {
             self.points.resize_with(FACES, Vec::new);
         }
-        let there = points.iter().filter(|p| p.face != NOTHING).count() as u32;
+        for list in &mut self.points {
+            list.clear();
+        }
+        for point in points.iter().filter(|p| p.face != NOTHING) {
+            self.points[point.face as usize].push(point.at);
+        }
+        let there = self.points.iter().map(Vec::len).sum::<usize>() as u32;
         let limit = (there / TILES).clamp(LEAST_POINTS, TILE_POINTS);
         self.limit = limit;
         // Counting is most of the work, and faces do not touch.
-        self.points.par_iter_mut().zip(&mut self.grids).zip(bounds).enumerate().take(FACES).for_each(
-            |(face, ((list, grid), bounds))| {
-                list.clear();
-                list.extend(points.iter().filter(|p| p.face as usize == face).map(|p| p.at));
-                grid.root = NOTHING;
-                grid.count(list, bounds, limit, SPARE);
-            },
-        );
+        self.points.par_iter().zip(&mut self.grids).zip(bounds).for_each(|((list, grid), bounds)| {
+            grid.root = NOTHING;
+            grid.count(list, bounds, limit, SPARE);
+        });
         for face in 0..FACES {
             let points = std::mem::take(&mut self.points[face]);
             // A face without points gets a tile as well: samples that were not looked at may be in it.

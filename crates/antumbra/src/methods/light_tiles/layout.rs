@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
-use super::shuffle::{three_columns, two};
+use super::shuffle::{columns, two};
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 32;
@@ -241,10 +241,11 @@ fn half_of<S: Simd, const AT: usize>(s: S, [a, b, c, d]: Rows<'_>) -> [[f32x8<S>
 #[inline(always)]
 fn points<S: Simd, const AT: usize>(s: S, a: &[f32; 25], b: &[f32; 25]) -> [f32x8<S>; 3] {
     let (a, b) = (&a[AT..AT + 13], &b[AT..AT + 13]);
-    three_columns(
+    let [x, y, z, _] = columns(
         s,
         [two(s, a, b), two(s, &a[3..], &b[3..]), two(s, &a[6..], &b[6..]), two(s, &a[9..], &b[9..])],
-    )
+    );
+    [x, y, z]
 }
 
 /// Sixteen numbers as two vectors.

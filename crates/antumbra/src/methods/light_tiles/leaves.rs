@@ -11,7 +11,7 @@ use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
 use super::layout::{BLOCK, HALF, Layout, is_background};
 use super::lists::Lists;
-use super::shuffle::{three_columns, two, zip_high, zip_low};
+use super::shuffle::{columns, least_of_halves, two};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
 
@@ -81,16 +81,17 @@ pub(super) fn load_loose<S: Simd>(s: S, loose: &[Loose]) -> [[f32x8<S>; 2]; 3] {
     let at = |i: usize| loose[i.min(last)].0.map(f32::from_bits);
     let eight =
         |i: usize| [at(i), at(i + 1), at(i + 2), at(i + 3), at(i + 4), at(i + 5), at(i + 6), at(i + 7)];
-    let [x, y, z] = columns(s, &eight(0));
-    let [x2, y2, z2] = columns(s, &eight(8));
+    let [x, y, z] = points(s, &eight(0));
+    let [x2, y2, z2] = points(s, &eight(8));
     [[x, x2], [y, y2], [z, z2]]
 }
 
 /// The first three columns of eight rows.
 #[inline(always)]
-fn columns<S: Simd>(s: S, rows: &[[f32; 4]; 8]) -> [f32x8<S>; 3] {
+fn points<S: Simd>(s: S, rows: &[[f32; 4]; 8]) -> [f32x8<S>; 3] {
     let [a, b, c, d, e, f, g, h] = rows;
-    three_columns(s, [two(s, a, e), two(s, b, f), two(s, c, g), two(s, d, h)])
+    let [x, y, z, _] = columns(s, [two(s, a, e), two(s, b, f), two(s, c, g), two(s, d, h)]);
+    [x, y, z]
 }
 
 /// What a worker leaves behind.
@@ -405,10 +406,7 @@ fn most<S: Simd>(v: &[f32x8<S>; 4]) -> f32x8<S> {
 /// The least lane of `lo`, the largest of `hi` (x, y, r), packed.
 #[inline(always)]
 fn pack<S: Simd>(s: S, lo: [f32x8<S>; 3], hi: [f32x8<S>; 3]) -> f32x8<S> {
-    let (x, y, r) = (fold(s, lo[0], hi[0]), fold(s, lo[1], hi[1]), fold(s, lo[2], hi[2]));
-    let xr = zip_low(s, x, r).min(zip_high(s, x, r));
-    let yy = zip_low(s, y, y).min(zip_high(s, y, y));
-    zip_low(s, xr, yy).min(zip_high(s, xr, yy))
+    least_of_halves(s, [fold(s, lo[0], hi[0]), fold(s, lo[1], hi[1]), fold(s, lo[2], hi[2])])
 }
 
 /// Four numbers whose least is that of `lo`, and four whose least is the largest of `hi` with its sign turned.

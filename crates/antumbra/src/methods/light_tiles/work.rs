@@ -151,10 +151,19 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     }
     // Nearly all triangles of the list will be kept.
     let sort = scratch.entries.len() > 8 * FEW_BLOCKS;
-    collect(s, pass, tile, sort, scratch);
+    // Functions of their own: compilers take far more than twice the time for twice the length.
+    apart(
+        s,
+        #[inline(always)]
+        || collect(s, pass, tile, sort, scratch),
+    );
     ask_for(pass, scratch.leaves.iter().take(GROUP));
     scratch.counts.leaves += scratch.leaves.len() as u64;
-    if prepare(s, pass, tile, scratch) {
+    if apart(
+        s,
+        #[inline(always)]
+        || prepare(s, pass, tile, scratch),
+    ) {
         cover(pass, tile);
         scratch.counts.node_accept += 1;
         return;
@@ -171,9 +180,19 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         ask_for(pass, scratch.leaves.iter().skip(first + GROUP).take(GROUP));
         let range = first..scratch.leaves.len().min(first + GROUP);
         if !sort || choose(s, pass, range.clone(), scratch) {
-            group(s, pass, tile, range, scratch);
+            apart(
+                s,
+                #[inline(always)]
+                || group(s, pass, tile, range, scratch),
+            );
         }
     }
+}
+
+/// Calls a function that is compiled for the instruction set, and by itself.
+#[inline(never)]
+fn apart<S: Simd, R>(s: S, f: impl FnOnce() -> R) -> R {
+    s.vectorize(f)
 }
 
 /// All samples of a tile are in shadow.
