@@ -117,6 +117,7 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
     for v in raw.as_flattened() {
         finite = v.mul_add(zero, finite);
     }
+    out.broken |= finite.simd_eq(zero).to_bitmask() as u8 != 0xff;
     let degenerate = same(raw[0], raw[1]) | same(raw[1], raw[2]) | same(raw[2], raw[0]);
     let live = !degenerate & ((1 << count) - 1);
     out.counts.setup_tris += u64::from(live.count_ones());
