@@ -11,8 +11,9 @@
 //!
 //! so that a box of directions and nearnesses is culled, or found to be covered, by interval arithmetic
 //! ([`TileBlock::cull`]), whatever triangles lie beside or behind the light. Samples are then tested with the sums of
-//! [`crate::filter`], relative to the first corner ([`TileBlock::test`]). Each test is divided by its own bound for the
-//! tile, so that one comparison decides all four: above 1 certain, below -1 certainly not. `bounds.md` derives the bounds.
+//! [`crate::filter`], relative to the first corner ([`TileBlock::test`]). The sides are divided by their own bounds for the tile,
+//! so that one comparison decides all three: above 1 certain, below -1 certainly not; the plane is held against the bound of
+//! the sample. `bounds.md` derives the bounds.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
@@ -365,8 +366,8 @@ impl TileBlock {
 
     /// Tests triangle `lane` against up to 32 samples, eight a vector, of which those in `alive` count.
     ///
-    /// Of the samples `p` has the coordinates along u, v and w, world coordinates but for the order: w comes without the face's
-    /// sign, which is `sign`. `within` says that [`TileBlock::cull`] has found all of them within the sides.
+    /// Samples come as their coordinates along u, v and w: world coordinates but for the order, w without the face's sign, which
+    /// is `sign`. `within` says that [`TileBlock::cull`] has found all of them within the sides.
     #[inline(always)]
     pub fn test<S: Simd, const V: usize>(
         &self,
