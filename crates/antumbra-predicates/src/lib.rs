@@ -98,7 +98,7 @@ pub mod resolve;
 mod shares;
 pub mod single;
 pub mod tile;
-mod vector;
+pub mod vector;
 
 pub use filter::{BlockVerdict, Coefficients, Lanes, SampleGroup, TriangleBlock};
 pub use resolve::{Decided, Resolver};

@@ -452,7 +452,7 @@ impl TileBlock {
 /// Bounds of eight triangles as seen from the light: least x, largest x, least y, largest y, largest r, all widened. Open
 /// where a corner lies beside or behind the light.
 #[inline(always)]
-fn seen_bounds<S: Simd>(s: S, rel: &[V3<S>; 3]) -> [f32x8<S>; 5] {
+pub fn seen_bounds<S: Simd>(s: S, rel: &[V3<S>; 3]) -> [f32x8<S>; 5] {
     let one = f32x8::splat(s, 1.0);
     let infinity = f32x8::splat(s, f32::INFINITY);
     let front = rel[0][2].min(rel[1][2]).min(rel[2][2]).simd_ge(NEAREST);

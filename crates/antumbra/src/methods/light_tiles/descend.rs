@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use antumbra_predicates::Triangle;
 use antumbra_predicates::filter::{KAPPA, LIMIT, TINY};
-use antumbra_predicates::tile::{NEAREST, WIDEN};
+use antumbra_predicates::tile::seen_bounds;
+use antumbra_predicates::vector::{abs, cross, cross_abs, dot, max3, scale, splat3, sub};
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::bin::{Counts, Entry};
@@ -30,54 +31,34 @@ impl<S: Simd> Caster<S> {
     #[inline(always)]
     pub(super) fn new(s: S, triangle: &Triangle, light: [f32; 3], face: usize) -> Caster<S> {
         let frame = Frame::of(face);
-        let l = frame.turn(light);
-        let raw = triangle.map(|p| frame.turn(p));
-        let (zero, one) = (f32x8::splat(s, 0.0), f32x8::splat(s, 1.0));
-        let (tiny, kappa) = (f32x8::splat(s, TINY), f32x8::splat(s, KAPPA));
-        let (mut rel, mut edge) = ([[zero; 3]; 3], [[zero; 3]; 3]);
-        let (mut largest, mut front) = (zero, true);
-        for i in 0..3 {
-            let (from, to) = (raw[i], raw[(i + 1) % 3]);
-            for k in 0..3 {
-                rel[i][k] = f32x8::splat(s, from[k]) - l[k];
-                edge[i][k] = f32x8::splat(s, to[k]) - from[k];
-                largest = largest.max(rel[i][k].abs());
-            }
-            front &= rel[i][2][0] >= NEAREST;
-        }
-        let tame = largest[0] <= LIMIT;
+        let raw = triangle.map(|p| splat3(s, frame.turn(p)));
+        let l = splat3(s, frame.turn(light));
+        let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
+        let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];
+        let rel_abs = [abs(rel[0]), abs(rel[1]), abs(rel[2])];
+        let edge_abs = [abs(edge[0]), abs(edge[1]), abs(edge[2])];
+        let (zero, tiny, kappa) = (f32x8::splat(s, 0.0), f32x8::splat(s, TINY), f32x8::splat(s, KAPPA));
+        let tame = max3(rel_abs[0]).max(max3(rel_abs[1])).max(max3(rel_abs[2])).simd_le(LIMIT).all_true();
         let n = cross(edge[2], edge[0]);
-        let n_mag = magnitude(edge[2], edge[0], tiny);
-        let det = n[2].mul_add(rel[0][2], n[1].mul_add(rel[0][1], n[0] * rel[0][0]));
-        let [x, y, z] = [rel[0][0].abs(), rel[0][1].abs(), rel[0][2].abs()];
-        let det_bound = kappa.mul_add(n_mag[2].mul_add(z, n_mag[1].mul_add(y, n_mag[0] * x)), tiny);
+        let n_mag = cross_abs(edge_abs[2], edge_abs[0], tiny);
+        let det = dot(n, rel[0]);
+        let det_bound = kappa.mul_add(dot(n_mag, rel_abs[0]), tiny);
         let sign = if det[0] < 0.0 { -1.0 } else { 1.0 };
         let mut m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
         let mags = [
-            magnitude(rel[0], edge[0], tiny),
-            magnitude(rel[1], edge[1], tiny),
-            magnitude(rel[2], edge[2], tiny),
+            cross_abs(rel_abs[0], edge_abs[0], tiny),
+            cross_abs(rel_abs[1], edge_abs[1], tiny),
+            cross_abs(rel_abs[2], edge_abs[2], tiny),
             n_mag,
         ];
         let mut margin = [zero; 4];
         for k in 0..4 {
-            m[k] = [m[k][0] * sign, m[k][1] * sign, m[k][2] * sign];
+            m[k] = scale(m[k], f32x8::splat(s, sign));
             margin[k] = (kappa + kappa) * (mags[k][0] + mags[k][1] + mags[k][2]);
         }
         let infinity = f32x8::splat(s, f32::INFINITY);
-        let mut bounds = [-infinity, infinity, -infinity, infinity, infinity];
-        if tame && front {
-            let r = [one / rel[0][2], one / rel[1][2], one / rel[2][2]];
-            let widen = f32x8::splat(s, WIDEN);
-            for k in 0..2 {
-                let c = [rel[0][k] * r[0], rel[1][k] * r[1], rel[2][k] * r[2]];
-                let (lo, hi) = (c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]));
-                bounds[2 * k] = lo - lo.abs().mul_add(widen, widen);
-                bounds[2 * k + 1] = hi + hi.abs().mul_add(widen, widen);
-            }
-            let r = r[0].max(r[1]).max(r[2]);
-            bounds[4] = r.mul_add(widen, r);
-        }
+        let open = [-infinity, infinity, -infinity, infinity, infinity];
+        let bounds = if tame { seen_bounds(s, &rel) } else { open };
         Caster {
             bounds,
             m,
@@ -130,22 +111,6 @@ impl<S: Simd> Caster<S> {
         let maybe = near & !(out.simd_lt(0.0).to_bitmask() as u8);
         (maybe, maybe & least.simd_gt(0.0).to_bitmask() as u8)
     }
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-}
-
-/// Sums of absolute products of the cross product, underflow covered.
-#[inline(always)]
-fn magnitude<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3], tiny: f32x8<S>) -> [f32x8<S>; 3] {
-    let (a, b) = ([a[0].abs(), a[1].abs(), a[2].abs()], [b[0].abs(), b[1].abs(), b[2].abs()]);
-    [
-        a[1].mul_add(b[2], a[2].mul_add(b[1], tiny)),
-        a[2].mul_add(b[0], a[0].mul_add(b[2], tiny)),
-        a[0].mul_add(b[1], a[1].mul_add(b[0], tiny)),
-    ]
 }
 
 #[inline(always)]

@@ -60,19 +60,7 @@ impl Fit {
     /// The same for eight numbers.
     #[inline(always)]
     pub(super) fn cells<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
-        self.whole(s, (x - self.origin[axis]) * self.scale[axis])
-    }
-
-    #[inline(always)]
-    fn whole<S: Simd>(&self, s: S, c: f32x8<S>) -> [u32; 8] {
-        let bits: u32x8<S> = (self.clamped(s, c) + MAGIC).bitcast();
-        (bits & CELL_BITS).to_array()
-    }
-
-    #[inline(always)]
-    fn clamped<S: Simd>(&self, s: S, c: f32x8<S>) -> f32x8<S> {
-        let c = c.simd_lt(self.last).select(c, f32x8::splat(s, self.last));
-        c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0))
+        whole(s, (x - self.origin[axis]) * self.scale[axis], self.last)
     }
 
     /// Cells of packed bounds ([`Region::pack`]): column and row of the least are numbers 0 and 1, of the largest 4 and 5.
@@ -82,15 +70,15 @@ impl Fit {
         let at = sides * f32x8::load_array(s, [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
         let c = (at - f32x8::load_array(s, [x, y, 0.0, 0.0, x, y, 0.0, 0.0]))
             * f32x8::load_array(s, [a, b, 0.0, 0.0, a, b, 0.0, 0.0]);
-        self.whole(s, c)
+        whole(s, c, self.last)
     }
 
     /// The cells of two sides, and one more all round: leaves may stick out of their tiles by one cell ([`Tiles::home`]).
     #[inline(always)]
     pub(super) fn wider<S: Simd>(&self, s: S, axis: usize, [lo, hi]: [f32x8<S>; 2]) -> [[u32; 8]; 2] {
         let (origin, scale) = (self.origin[axis], self.scale[axis]);
-        let lo = (self.clamped(s, (lo - origin) * scale) + MAGIC) - 1.0;
-        let hi = (self.clamped(s, (hi - origin) * scale) + MAGIC) + 1.0;
+        let lo = (clamped(s, (lo - origin) * scale, self.last) + MAGIC) - 1.0;
+        let hi = (clamped(s, (hi - origin) * scale, self.last) + MAGIC) + 1.0;
         let lo: u32x8<S> = lo.max(MAGIC).bitcast();
         let hi: u32x8<S> = hi.min(MAGIC + self.last).bitcast();
         [(lo & CELL_BITS).to_array(), (hi & CELL_BITS).to_array()]
@@ -99,20 +87,29 @@ impl Fit {
     /// In [`PLACES`] of cells.
     #[inline(always)]
     pub(super) fn places<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
-        let last = self.last * PLACES as f32;
-        let c = (x - self.origin[axis]) * (self.scale[axis] * PLACES as f32);
-        let c = c.simd_lt(last).select(c, f32x8::splat(s, last));
-        let c = c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0));
-        let bits: u32x8<S> = (c + MAGIC).bitcast();
-        (bits & CELL_BITS).to_array()
+        let places = PLACES as f32;
+        whole(s, (x - self.origin[axis]) * (self.scale[axis] * places), self.last * places)
     }
+}
+
+/// Whole numbers from 0 to `last`. Monotone; NaN is the last.
+#[inline(always)]
+fn whole<S: Simd>(s: S, c: f32x8<S>, last: f32) -> [u32; 8] {
+    let bits: u32x8<S> = (clamped(s, c, last) + MAGIC).bitcast();
+    (bits & CELL_BITS).to_array()
+}
+
+#[inline(always)]
+fn clamped<S: Simd>(s: S, c: f32x8<S>, last: f32) -> f32x8<S> {
+    let c = c.simd_lt(last).select(c, f32x8::splat(s, last));
+    c.simd_gt(0.0).select(c, f32x8::splat(s, 0.0))
 }
 
 /// [`Fit::places`] are these parts of cells.
 pub(super) const PLACES: u32 = 16;
 
 /// 2^23: numbers from here to twice as much are whole.
-const MAGIC: f32 = 8_388_608.0;
+pub(super) const MAGIC: f32 = 8_388_608.0;
 const CELL_BITS: u32 = 0xffff;
 
 /// The cells of a face, or of a crowded cell.
@@ -292,12 +289,8 @@ impl Tiles {
             return (tile == self.find(face, -sides[4], -sides[5])).then_some(tile);
         }
         let [first_x, last_x, first_y, last_y] = self.cells[at as usize].map(u32::from);
-        // One bit of a sign tells them all; cells are small numbers.
-        let out = (x0 + 1).wrapping_sub(first_x)
-            | (last_x + 1).wrapping_sub(x1)
-            | (y0 + 1).wrapping_sub(first_y)
-            | (last_y + 1).wrapping_sub(y1);
-        (out >> 31 == 0).then_some(at)
+        let inside = (x0 + 1 >= first_x) & (x1 <= last_x + 1) & (y0 + 1 >= first_y) & (y1 <= last_y + 1);
+        inside.then_some(at)
     }
 
     /// As [`Tiles::find`], for eight directions.

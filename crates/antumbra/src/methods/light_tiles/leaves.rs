@@ -310,9 +310,7 @@ fn part_half<S: Simd>(
         scatter(pass, block, u32::from(mask) << (HALF * half), out);
         return;
     }
-    let one = f32x8::splat(s, 1.0);
-    let r = [one / w[0], one / w[1]];
-    let mut c = [[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r];
+    let mut c = seen(s, [u, v, w]);
     if mask != 0xffff {
         repeat(s, &mut c, mask);
     }
@@ -381,16 +379,31 @@ fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
 /// Packed bounds of sixteen samples that are known to have a direction within a face.
 #[inline(always)]
 pub(super) fn bounds_of<S: Simd>(s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
-    let l = light;
+    bounds(s, &directions(s, face, light, p))
+}
+
+/// x, y, r of such samples.
+#[inline(always)]
+pub(super) fn directions<S: Simd>(
+    s: S,
+    face: usize,
+    l: [f32; 3],
+    p: &[[f32x8<S>; 2]; 3],
+) -> [[f32x8<S>; 2]; 3] {
     let q = [
         [p[0][0] - l[0], p[0][1] - l[0]],
         [p[1][0] - l[1], p[1][1] - l[1]],
         [p[2][0] - l[2], p[2][1] - l[2]],
     ];
-    let [u, v, w] = Frame::of(face).turn_all(q);
+    seen(s, Frame::of(face).turn_all(q))
+}
+
+/// x, y, r of samples from the light, in the frame of a face.
+#[inline(always)]
+fn seen<S: Simd>(s: S, [u, v, w]: [[f32x8<S>; 2]; 3]) -> [[f32x8<S>; 2]; 3] {
     let one = f32x8::splat(s, 1.0);
     let r = [one / w[0], one / w[1]];
-    bounds(s, &[[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r])
+    [[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r]
 }
 
 #[inline(always)]

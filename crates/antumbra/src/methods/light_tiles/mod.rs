@@ -22,6 +22,7 @@ mod grid;
 mod layout;
 mod leaves;
 mod lists;
+mod order;
 mod prefetch;
 mod shuffle;
 #[cfg(test)]

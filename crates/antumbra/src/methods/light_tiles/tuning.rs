@@ -52,5 +52,5 @@ pub(super) const TRIANGLES: usize = 1024;
 /// A triangle, or eight neighbours, that touch no more cells than this go to the tiles of the cells without a descent.
 pub(super) const FEW_CELLS: u32 = 64;
 
-/// Tiles with no more blocks of triangles than this: every leaf is tested against all of them, and leaves are not sorted.
+/// Tiles with no more blocks of triangles than this (below 8): every leaf is tested against all of them, and leaves are not sorted.
 pub(super) const FEW_BLOCKS: usize = 2;

@@ -4,16 +4,17 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
-use antumbra_predicates::tile::{Part, Region, Tile, TileBlock};
+use antumbra_predicates::tile::{Part, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
-use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
+use fearless_simd::{Simd, SimdBase, f32x8};
 
-use super::bin::{Binned, Entry, LARGE};
+use super::bin::{Binned, Entry};
 use super::boxes::Boxes;
 use super::frame::Frame;
-use super::grid::{PLACES, Tiles};
+use super::grid::Tiles;
 use super::layout::{HALF, Layout};
 use super::leaves::{Gathered, Leaf, Loose, bounds_of, load_loose};
+use super::order::{LeafPlace, counting_sort, entry_keys};
 use super::prefetch::prefetch;
 use super::shuffle::corners;
 use super::tuning::{DENSE, FEW_BLOCKS, GROUP};
@@ -296,128 +297,6 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     }
 }
 
-/// Keys of samples and leaves within a tile. Depth first: what mixes near and far is tested most.
-#[derive(Clone, Copy, Debug)]
-struct LeafPlace {
-    lo: [f32; 3],
-    /// What makes 1 of the tile's extent.
-    scale: [f32; 3],
-}
-
-/// The sum of this and a number below it is rounded to a whole number, which its low bits are.
-const MAGIC: f32 = 8_388_608.0;
-
-impl LeafPlace {
-    fn new(region: &Region) -> LeafPlace {
-        let scale = [0, 1, 2].map(|k| 1.0 / (region.hi[k] - region.lo[k]).max(f32::MIN_POSITIVE));
-        LeafPlace { lo: region.lo, scale }
-    }
-
-    /// Two bits each of r, y, x of the least sides of a leaf.
-    #[inline(always)]
-    fn leaf<S: Simd>(&self, s: S, leaf: &Leaf) -> u32 {
-        let ([lx, ly, lr], [sx, sy, sr]) = (self.lo, self.scale);
-        let steps = 3.0;
-        let at = leaf.sides(s) - f32x8::load_array(s, [lx, ly, lr, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let scale = [sx * steps, sy * steps, sr * steps, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let whole: u32x8<S> = (at * f32x8::load_array(s, scale) + MAGIC).bitcast();
-        let [x, y, r, ..] = whole.to_array();
-        (r & 3) << 4 | (y & 3) << 2 | x & 3
-    }
-
-    #[inline(always)]
-    fn step<S: Simd>(&self, k: usize, at: f32x8<S>, steps: f32) -> u32x8<S> {
-        ((at - self.lo[k]) * (self.scale[k] * steps) + MAGIC).bitcast()
-    }
-
-    /// Two bits of depth over four bits each of a curve through the directions, of sixteen samples.
-    #[inline(always)]
-    fn sixteen<S: Simd>(&self, s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> [u32; HALF] {
-        let l = light;
-        let q = [
-            [p[0][0] - l[0], p[0][1] - l[0]],
-            [p[1][0] - l[1], p[1][1] - l[1]],
-            [p[2][0] - l[2], p[2][1] - l[2]],
-        ];
-        let [u, v, w] = Frame::of(face).turn_all(q);
-        let mut keys = [0; HALF];
-        for h in 0..2 {
-            let r = f32x8::splat(s, 1.0) / w[h];
-            let (x, y, r) =
-                (self.step(0, u[h] * r, 15.0), self.step(1, v[h] * r, 15.0), self.step(2, r, 3.0));
-            let key = ((r & 3) << 8) | (spread(y) << 1) | spread(x);
-            keys[8 * h..8 * h + 8].copy_from_slice(&key.to_array());
-        }
-        keys
-    }
-}
-
-/// The four low bits of each lane, a zero after each.
-#[inline(always)]
-fn spread<S: Simd>(v: u32x8<S>) -> u32x8<S> {
-    (v & 1) | ((v & 2) << 1) | ((v & 4) << 2) | ((v & 8) << 3)
-}
-
-/// Puts what `get` gives of `from` into `to`, sorted by small keys, one an item.
-#[inline(always)]
-fn counting_sort<T, U: Copy, const KEYS: usize>(
-    from: &[T],
-    to: &mut Vec<U>,
-    key: impl Fn(usize) -> u32,
-    get: impl Fn(&T) -> U,
-) {
-    to.clear();
-    let Some(any) = from.first() else { return };
-    if from.len() <= 8 {
-        // One vector or group: nothing to part.
-        to.extend(from.iter().map(get));
-        return;
-    }
-    to.resize(from.len(), get(any));
-    let mut start = [0u32; KEYS];
-    for i in 0..from.len() {
-        start[key(i) as usize % KEYS] += 1;
-    }
-    let mut sum = 0;
-    for s in &mut start {
-        (*s, sum) = (sum, sum + *s);
-    }
-    for (i, item) in from.iter().enumerate() {
-        let at = &mut start[key(i) as usize % KEYS];
-        to[*at as usize] = get(item);
-        *at += 1;
-    }
-}
-
-/// Keys of triangles within a tile: large triangles first, they may cover all; then neighbours together, so that blocks of eight
-/// have narrow bounds.
-#[inline(always)]
-fn entry_keys<S: Simd>(s: S, tiles: &Tiles, tile: usize, entries: &[Entry], keys: &mut Vec<u32>) {
-    keys.clear();
-    let [x, _, y, _] = tiles.cells[tile].map(|cell| u32::from(cell) * PLACES);
-    // Eight parts of the tile each way.
-    let place = (x, y, tiles.shift(tile) + 1);
-    let (eights, rest) = entries.as_chunks();
-    for [a, b, c, d, e, f, g, h] in eights {
-        keys.extend_from_slice(&eight_keys(s, place, [a.at, b.at, c.at, d.at, e.at, f.at, g.at, h.at]));
-    }
-    let mut at = [0; 8];
-    for (at, entry) in at.iter_mut().zip(rest) {
-        *at = entry.at;
-    }
-    keys.extend_from_slice(&eight_keys(s, place, at));
-}
-
-#[inline(always)]
-fn eight_keys<S: Simd>(s: S, (x, y, shift): (u32, u32, u32), at: [u32; 8]) -> [u32; 8] {
-    let at = u32x8::load_array(s, at);
-    let (column, row) = (at & 0xffff, at >> 16);
-    // Less than the tile's first is its first.
-    let (x, y) = (column.max(x) - x, row.max(y) - y);
-    let curve = spread((x >> shift).min(7)) | (spread((y >> shift).min(7)) << 1);
-    column.simd_eq(LARGE & 0xffff).select(u32x8::splat(s, 0), curve + 1).to_array()
-}
-
 /// Prepares the triangles of the list. True if one covers the tile.
 #[inline(always)]
 fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -> bool {
@@ -443,13 +322,9 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         for (at, &id) in at.iter_mut().zip(eight) {
             *at = id as usize;
         }
-        let t = pass.triangles;
-        let [t0, t1, t2, t3, t4, t5, t6, t7] =
-            [&t[at[0]], &t[at[1]], &t[at[2]], &t[at[3]], &t[at[4]], &t[at[5]], &t[at[6]], &t[at[7]]];
-        let raw = corners(s, [t0, t1, t2, t3, t4, t5, t6, t7]);
-        let mut corner = raw;
-        for (corner, raw) in corner.iter_mut().zip(&raw) {
-            *corner = [raw[axis[0]], raw[axis[1]], raw[axis[2]] * sign];
+        let mut corner = corners(s, at.map(|id| &pass.triangles[id]));
+        for corner in &mut corner {
+            *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
         }
         let live = (0xffu32 >> (8 - eight.len())) as u8;
         counts.prepared += eight.len() as u64;
@@ -587,21 +462,23 @@ fn samples<S: Simd, const V: usize>(
                 return of_leaf;
             }
             let mut maybe = found.maybe & mask;
-            counts.pairs += u64::from(maybe.count_ones());
-            counts.leaf.leaf_tests += u64::from(maybe.count_ones() * alive.count_ones());
-            while maybe != 0 {
+            let (mut pairs, mut tests) = (0, 0);
+            while maybe != 0 && alive != 0 {
                 let lane = maybe.trailing_zeros() as usize;
                 maybe &= maybe - 1;
+                pairs += 1;
+                tests += alive.count_ones();
                 let within = found.within >> lane & 1 == 1;
                 let tested = prepared.block.test(s, lane, turned, frame.sign, alive, within);
                 alive &= !tested.blocked;
-                if alive == 0 {
-                    counts.pairs -= u64::from(maybe.count_ones());
-                    return of_leaf;
-                }
                 if tested.plane | tested.sides != 0 {
                     open.push(Open { id: prepared.ids[lane], plane: tested.plane, sides: tested.sides });
                 }
+            }
+            counts.pairs += pairs;
+            counts.leaf.leaf_tests += u64::from(tests);
+            if alive == 0 {
+                return of_leaf;
             }
         }
     }
