@@ -18,8 +18,10 @@ use crate::vector::{abs, cross, cross_abs, dot, load3, max3, splat3, store3, sub
 
 /// Relative bound of one test, in units of the sum of absolute products: 16 u with u = 2^-24. `bounds.md` needs 12.
 pub const KAPPA: f32 = 16.0 * 0.5 * f32::EPSILON;
-/// Added to sums of absolute products: covers underflow of products (each at most 2^-150). See `bounds.md`.
-pub const TINY: f32 = 1.0 / (1u128 << 120) as f32;
+/// Added to sums of absolute products: covers underflow of products (each at most 2^-150). See `bounds.md`. Its product with
+/// [`KAPPA`] is a normal number: many processors stop for a hundred cycles and more at every subnormal one, and triangles
+/// parallel to an axis have sums that are nothing but this.
+pub const TINY: f32 = 1.0 / (1u128 << 104) as f32;
 /// Coordinates (relative to light or sample) over this make products that may overflow: nothing is certain then.
 pub const LIMIT: f32 = (1u64 << 40) as f32;
 

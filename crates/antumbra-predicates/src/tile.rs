@@ -30,6 +30,10 @@ const FLOOR: f32 = 1.0 / (1u64 << 60) as f32;
 /// In units of a test's bound: covers underflow of coefficients (each at most 2^-150, times |q| up to 2^41).
 const LEAST: f32 = 1.0 / (1u128 << 100) as f32;
 
+/// Sums of the plane's bound are not smaller than this part of the bound. It makes the bound of a sample larger, by next to nothing, and
+/// keeps it clear of subnormal numbers ([`TINY`] says why).
+const PLANE_LEAST: f32 = 1.0 / (1u64 << 40) as f32;
+
 /// Bounds of directions and nearness of samples, as computed in f32: `r = 1 / w`, `x = u r`, `y = v r`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
@@ -279,7 +283,9 @@ impl TileBlock {
                 (margin + more).store_array(&mut self.margin[3]);
                 out = out.min((value - det * t.lo[2]) + (reach + more));
                 least = least.min((value - det * t.hi[2]) - (reach + more));
-                store3(scale(mag[3], kappa * inverse), &mut self.plane_mag);
+                let least = bound * PLANE_LEAST;
+                let mag = [mag[3][0].max(least), mag[3][1].max(least), mag[3][2].max(least)];
+                store3(scale(mag, kappa * inverse), &mut self.plane_mag);
             } else {
                 margin.store_array(&mut self.margin[k]);
                 out = out.min(value + reach);
