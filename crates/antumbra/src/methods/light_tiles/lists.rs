@@ -9,8 +9,8 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Chunk<T> {
-    /// The chunk before; it is full.
-    next: u32,
+    /// The chunks before, last first; they are full.
+    before: [u32; 3],
     items: [T; ITEMS],
 }
 
@@ -51,9 +51,10 @@ impl<T: Copy + Default> Lists<T> {
         } else {
             let mut items = [T::default(); ITEMS];
             items[0] = item;
-            let next = tail.chunk;
+            let [a, b, _] = self.chunks.get(tail.chunk as usize).map_or([NONE; 3], |c| c.before);
+            let before = [tail.chunk, a, b];
             *tail = Tail { chunk: self.chunks.len() as u32, count: 1 };
-            self.chunks.push(Chunk { next, items });
+            self.chunks.push(Chunk { before, items });
         }
     }
 
@@ -76,8 +77,10 @@ impl<T: Copy + Default> Lists<T> {
     pub(super) fn each(&self, list: usize, mut visit: impl FnMut(&[T])) {
         let Some(&Tail { chunk: mut at, mut count }) = self.tails.get(list) else { return };
         while let Some(chunk) = self.chunks.get(at as usize) {
+            let [next, _, last] = chunk.before;
+            prefetch(&self.chunks, last as usize);
             visit(&chunk.items[..count as usize]);
-            (at, count) = (chunk.next, ITEMS as u32);
+            (at, count) = (next, ITEMS as u32);
         }
     }
 
