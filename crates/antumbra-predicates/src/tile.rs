@@ -15,7 +15,7 @@
 //! so that one comparison decides all three: above 1 certain, below -1 certainly not; the plane is held against the bound of
 //! the sample. `bounds.md` derives the bounds.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x8, mask32x16};
 
 use crate::filter::{KAPPA, LIMIT, TINY};
 use crate::vector::{V3, abs, cross, cross_abs, dot, load3, max3, scale, splat3, store3, sub};
@@ -181,6 +181,11 @@ fn bits<S: Simd, M: SimdMask<S>>(mask: M) -> u8 {
     mask.to_bitmask() as u8
 }
 
+#[inline(always)]
+fn sixteen<S: Simd>(mask: mask32x16<S>) -> u32 {
+    mask.to_bitmask() as u32
+}
+
 /// A tile, as [`TileBlock::prepare`] needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
@@ -340,9 +345,6 @@ impl TileBlock {
             & f32x8::load_array_ref(s, &b[3]).simd_ge(part.lo[1])
             & f32x8::load_array_ref(s, &b[4]).simd_ge(part.lo[2]);
         let near = bits(near);
-        if near == 0 {
-            return PartVerdict::default();
-        }
         let [xc, yc, ..] = part.middle;
         let [xh, yh, ..] = part.half;
         let zero = f32x8::splat(s, 0.0);
@@ -370,7 +372,7 @@ impl TileBlock {
         (value, m[1].abs().mul_add(half[1], m[0].abs().mul_add(half[0], margin)))
     }
 
-    /// Tests triangle `lane` against up to 32 samples, eight a vector, of which those in `alive` count.
+    /// Tests triangle `lane` against up to 32 samples, sixteen a vector, of which those in `alive` count.
     ///
     /// Samples come as their coordinates along u, v and w: world coordinates but for the order, w without the face's sign, which
     /// is `sign`. `within` says that [`TileBlock::cull`] has found all of them within the sides.
@@ -379,12 +381,12 @@ impl TileBlock {
         &self,
         s: S,
         lane: usize,
-        [u, v, w]: [&[f32x8<S>; V]; 3],
+        [u, v, w]: [&[f32x16<S>; V]; 3],
         sign: f32,
         alive: u32,
         within: bool,
     ) -> Tested {
-        let zero = f32x8::splat(s, 0.0);
+        let zero = f32x16::splat(s, 0.0);
         let mut q = [[zero; 3]; V];
         let a = [self.a[0][lane], self.a[1][lane], self.a[2][lane]];
         for i in 0..V {
@@ -395,25 +397,24 @@ impl TileBlock {
         let mut plane = [zero; V];
         self.values(s, 3, lane, zero, &q, &mut plane);
         let mag = &self.plane_mag;
-        let mag = splat3(s, [mag[0][lane], mag[1][lane], mag[2][lane]]);
-        let floor = f32x8::splat(s, LEAST);
+        let floor = f32x16::splat(s, LEAST);
         let mut bound = [zero; V];
         for i in 0..V {
-            let [x, y, z] = abs(q[i]);
-            bound[i] = z.mul_add(mag[2], y.mul_add(mag[1], x.mul_add(mag[0], floor)));
+            let [x, y, z] = [q[i][0].abs(), q[i][1].abs(), q[i][2].abs()];
+            bound[i] = z.mul_add(mag[2][lane], y.mul_add(mag[1][lane], x.mul_add(mag[0][lane], floor)));
         }
         let (mut blocked, mut out) = (0, 0);
         if within {
             for i in 0..V {
-                blocked |= u32::from(bits(plane[i].simd_gt(bound[i]))) << (8 * i);
-                out |= u32::from(bits(plane[i].simd_lt(-bound[i]))) << (8 * i);
+                blocked |= sixteen(plane[i].simd_gt(bound[i])) << (16 * i);
+                out |= sixteen(plane[i].simd_lt(-bound[i])) << (16 * i);
             }
             blocked &= alive;
             return Tested { blocked, plane: alive & !blocked & !out, sides: 0 };
         }
         let (mut sides, mut more) = ([zero; V], [zero; V]);
         self.values(s, 0, lane, zero, &q, &mut sides);
-        self.values(s, 1, lane, f32x8::splat(s, self.det[0][lane]), &q, &mut more);
+        self.values(s, 1, lane, f32x16::splat(s, self.det[0][lane]), &q, &mut more);
         for i in 0..V {
             sides[i] = sides[i].min(more[i]);
         }
@@ -421,8 +422,8 @@ impl TileBlock {
         for i in 0..V {
             sides[i] = sides[i].min(more[i]);
             let (beyond, before) = (plane[i].simd_gt(bound[i]), plane[i].simd_lt(-bound[i]));
-            blocked |= u32::from(bits(beyond & sides[i].simd_gt(1.0))) << (8 * i);
-            out |= u32::from(bits(before | sides[i].simd_lt(-1.0))) << (8 * i);
+            blocked |= sixteen(beyond & sides[i].simd_gt(1.0)) << (16 * i);
+            out |= sixteen(before | sides[i].simd_lt(-1.0)) << (16 * i);
         }
         blocked &= alive;
         let open = alive & !blocked & !out;
@@ -431,7 +432,7 @@ impl TileBlock {
         }
         let mut inside = 0;
         for i in 0..V {
-            inside |= u32::from(bits(sides[i].simd_gt(1.0))) << (8 * i);
+            inside |= sixteen(sides[i].simd_gt(1.0)) << (16 * i);
         }
         Tested { blocked, plane: open & inside, sides: open & !inside }
     }
@@ -443,14 +444,15 @@ impl TileBlock {
         s: S,
         k: usize,
         lane: usize,
-        constant: f32x8<S>,
-        q: &[V3<S>; V],
-        out: &mut [f32x8<S>; V],
+        constant: f32x16<S>,
+        q: &[[f32x16<S>; 3]; V],
+        out: &mut [f32x16<S>; V],
     ) {
         let m = &self.m[k];
-        let m = splat3(s, [m[0][lane], m[1][lane], m[2][lane]]);
+        let [x, y, z] = [m[0][lane], m[1][lane], m[2][lane]];
+        let [x, y, z] = [f32x16::splat(s, x), f32x16::splat(s, y), f32x16::splat(s, z)];
         for i in 0..V {
-            out[i] = q[i][2].mul_add(m[2], q[i][1].mul_add(m[1], q[i][0].mul_add(m[0], constant)));
+            out[i] = q[i][2].mul_add(z, q[i][1].mul_add(y, q[i][0].mul_add(x, constant)));
         }
     }
 }

@@ -5,7 +5,7 @@ use antumbra_predicates::exact;
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::tile::{NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict};
-use fearless_simd::{Level, SimdBase, dispatch, f32x8};
+use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x8};
 
 use crate::cases::{Case, Point, Rng, line};
 use crate::filter::levels;
@@ -70,7 +70,7 @@ fn cull_at(level: Level, block: &TileBlock, region: &Region) -> PartVerdict {
     dispatch!(level, s => block.cull(s, &Part::new(s, f32x8::load_array(s, region.pack()))))
 }
 
-/// The samples twice over, as two vectors, the second in the place of samples that do not count.
+/// The samples four times over, as two vectors, of which callers count the second eight.
 fn test_at(
     level: Level,
     block: &TileBlock,
@@ -81,8 +81,11 @@ fn test_at(
     alive: u32,
 ) -> Tested {
     dispatch!(level, s => {
-        let twice = |v: &[f32; 8]| [f32x8::load_array_ref(s, v), f32x8::load_array_ref(s, v)];
-        let [u, v, w] = [twice(&p[0]), twice(&p[1]), twice(&p[2])];
+        let all = |v: &[f32; 8]| {
+            let eight = f32x8::load_array_ref(s, v);
+            [s.combine_f32x8(eight, eight); 2]
+        };
+        let [u, v, w] = [all(&p[0]), all(&p[1]), all(&p[2])];
         block.test(s, lane, [&u, &v, &w], sign, alive, within)
     })
 }

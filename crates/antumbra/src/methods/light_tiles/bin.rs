@@ -189,8 +189,8 @@ fn within<S: Simd>(
     if let Some(taken) = together(s, pass, grid, first, live, seen, [&columns, &rows], out) {
         return taken;
     }
-    let [x0, x1] = grid.fit.wider(s, 0, seen.x);
-    let [y0, y1] = grid.fit.wider(s, 1, seen.y);
+    let [x0, x1] = grid.fit.wider(s, 0, seen.x, pass.tiles.margin);
+    let [y0, y1] = grid.fit.wider(s, 1, seen.y, pass.tiles.margin);
     let (x, y, r) = (seen.x, seen.y, seen.r.to_array());
     let (x, y) = ([x[0].to_array(), x[1].to_array()], [y[0].to_array(), y[1].to_array()]);
     let mut found = 0;
@@ -232,8 +232,8 @@ fn together<S: Simd>(
     let x = [lanes.select(seen.x[0], most).reduce_min(), lanes.select(seen.x[1], least).reduce_max()];
     let y = [lanes.select(seen.y[0], most).reduce_min(), lanes.select(seen.y[1], least).reduce_max()];
     let last = (1 << grid.levels) - 1;
-    let [x0, y0] = [grid.fit.cell(0, x[0]).saturating_sub(1), grid.fit.cell(1, y[0]).saturating_sub(1)];
-    let [x1, y1] = [(grid.fit.cell(0, x[1]) + 1).min(last), (grid.fit.cell(1, y[1]) + 1).min(last)];
+    let [x0, y0] = [grid.fit.cell(0, x[0]).saturating_sub(tiles.margin), grid.fit.cell(1, y[0]).saturating_sub(tiles.margin)];
+    let [x1, y1] = [(grid.fit.cell(0, x[1]) + tiles.margin).min(last), (grid.fit.cell(1, y[1]) + tiles.margin).min(last)];
     if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || grid.crowded([x0, x1, y0, y1]) {
         return None;
     }

@@ -31,7 +31,8 @@ impl<S: Simd> Caster<S> {
     #[inline(always)]
     pub(super) fn new(s: S, triangle: &Triangle, light: [f32; 3], face: usize) -> Caster<S> {
         let frame = Frame::of(face);
-        let raw = triangle.map(|p| splat3(s, frame.turn(p)));
+        let [a, b, c] = triangle;
+        let raw = [splat3(s, frame.turn(*a)), splat3(s, frame.turn(*b)), splat3(s, frame.turn(*c))];
         let l = splat3(s, frame.turn(light));
         let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
         let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];

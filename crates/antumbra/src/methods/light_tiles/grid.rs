@@ -73,12 +73,19 @@ impl Fit {
         whole(s, c, self.last)
     }
 
-    /// The cells of two sides, and one more all round: leaves may stick out of their tiles by one cell ([`Tiles::home`]).
+    /// The cells of two sides, and `margin` more all round ([`Tiles::margin`]).
     #[inline(always)]
-    pub(super) fn wider<S: Simd>(&self, s: S, axis: usize, [lo, hi]: [f32x8<S>; 2]) -> [[u32; 8]; 2] {
+    pub(super) fn wider<S: Simd>(
+        &self,
+        s: S,
+        axis: usize,
+        [lo, hi]: [f32x8<S>; 2],
+        margin: u32,
+    ) -> [[u32; 8]; 2] {
+        let margin = margin as f32;
         let (origin, scale) = (self.origin[axis], self.scale[axis]);
-        let lo = (clamped(s, (lo - origin) * scale, self.last) + MAGIC) - 1.0;
-        let hi = (clamped(s, (hi - origin) * scale, self.last) + MAGIC) + 1.0;
+        let lo = (clamped(s, (lo - origin) * scale, self.last) + MAGIC) - margin;
+        let hi = (clamped(s, (hi - origin) * scale, self.last) + MAGIC) + margin;
         let lo: u32x8<S> = lo.max(MAGIC).bitcast();
         let hi: u32x8<S> = hi.min(MAGIC + self.last).bitcast();
         [(lo & CELL_BITS).to_array(), (hi & CELL_BITS).to_array()]
@@ -133,7 +140,7 @@ const NOWHERE: [u32; 4] = [u32::MAX, 0, u32::MAX, 0];
 impl Grid {
     /// Fits the grid to points within `bounds`, and counts them.
     fn count(&mut self, points: &[[f32; 2]], bounds: &Region, limit: u32, spare: u32) {
-        // Levels more than an even spread would need: on a face, triangles are looked up one cell wider than they are.
+        // Levels more than an even spread would need: on a face, triangles are looked up a cell or two wider than they are.
         let levels = spare + (points.len() as u32 / limit).max(1).ilog2().div_ceil(2);
         let levels = levels.next_multiple_of(2).min(LEVELS);
         let side = 1usize << levels;
@@ -214,11 +221,14 @@ pub(super) struct Tiles {
     points: Vec<Vec<[f32; 2]>>,
     /// Points of a tile at most, where they can be parted.
     limit: u32,
+    /// Leaves may stick out of their tiles by so many cells of a face's grid; [`super::bin`] looks so much farther.
+    pub(super) margin: u32,
 }
 
 impl Tiles {
     /// Chooses tiles. `bounds` are those of the points of each face.
-    pub(super) fn choose(&mut self, points: &[Point], bounds: &[Region; FACES]) {
+    pub(super) fn choose(&mut self, points: &[Point], bounds: &[Region; FACES], margin: u32) {
+        self.margin = margin;
         self.face.clear();
         self.level.clear();
         self.cells.clear();
@@ -277,8 +287,8 @@ impl Tiles {
         }
     }
 
-    /// The tile that takes all samples within packed bounds: they may stick out of its square by one cell of the face's grid, as
-    /// [`super::bin`] looks one cell farther. `None` if no tile takes them all.
+    /// The tile that takes all samples within packed bounds: they may stick out of its square by the margin. `None` if no tile takes
+    /// them all.
     #[inline(always)]
     pub(super) fn home<S: Simd>(&self, s: S, face: usize, sides: f32x8<S>) -> Option<u32> {
         let grid = &self.grids[face];
@@ -289,7 +299,8 @@ impl Tiles {
             return (tile == self.find(face, -sides[4], -sides[5])).then_some(tile);
         }
         let [first_x, last_x, first_y, last_y] = self.cells[at as usize].map(u32::from);
-        let inside = (x0 + 1 >= first_x) & (x1 <= last_x + 1) & (y0 + 1 >= first_y) & (y1 <= last_y + 1);
+        let m = self.margin;
+        let inside = (x0 + m >= first_x) & (x1 <= last_x + m) & (y0 + m >= first_y) & (y1 <= last_y + m);
         inside.then_some(at)
     }
 

@@ -30,10 +30,11 @@ impl Leaf {
         Leaf(leaf)
     }
 
-    /// Packed bounds; numbers 3 and 7 mean nothing.
+    /// Packed bounds; numbers 3 and 7 are zero. (What is in their place would be subnormal numbers, for which processors stop.)
     #[inline(always)]
     pub(super) fn sides<S: Simd>(&self, s: S) -> f32x8<S> {
-        u32x8::load_array_ref(s, &self.0).bitcast()
+        let bounds = u32x8::load_array(s, [u32::MAX, u32::MAX, u32::MAX, 0, u32::MAX, u32::MAX, u32::MAX, 0]);
+        (u32x8::load_array_ref(s, &self.0) & bounds).bitcast()
     }
 
     #[inline(always)]

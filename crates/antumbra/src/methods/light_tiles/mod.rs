@@ -41,7 +41,7 @@ use rayon::prelude::*;
 use self::frame::FACES;
 use self::grid::{NOTHING, Point, Tiles};
 use self::layout::{BLOCK, Layout};
-use self::tuning::EVERY;
+use self::tuning::{EVERY, WIDE};
 use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
 use crate::Isa;
 use crate::mask::SHADOWED;
@@ -133,7 +133,8 @@ impl Method for LightTiles {
         self.binned.resize_with(workers, Default::default);
         self.scratch.resize_with(workers, Default::default);
 
-        let band = self.choose_tiles(&layout, positions, light);
+        let margin = if triangles.len() <= positions.len() / WIDE { 2 } else { 1 };
+        let band = self.choose_tiles(&layout, positions, light, margin);
         stats.stage("choose_tiles");
         self.gather(isa, &layout, positions, light, band, mask);
         stats.stage("gather_samples");
@@ -189,7 +190,13 @@ impl Method for LightTiles {
 
 impl LightTiles {
     /// Stage 1. Returns the depth band of each face.
-    fn choose_tiles(&mut self, layout: &Layout, positions: &[[f32; 3]], light: [f32; 3]) -> [f32; FACES] {
+    fn choose_tiles(
+        &mut self,
+        layout: &Layout,
+        positions: &[[f32; 3]],
+        light: [f32; 3],
+        margin: u32,
+    ) -> [f32; FACES] {
         let columns = layout.columns;
         self.points.resize(columns * layout.rows.div_ceil(EVERY), Point { face: NOTHING, at: [0.0; 2] });
         let empty = [Region::EMPTY; FACES];
@@ -199,7 +206,7 @@ impl LightTiles {
             .enumerate()
             .map(|(row, points)| leaves::look(layout, positions, light, EVERY * row, points))
             .reduce(|| empty, |a, b| std::array::from_fn(|f| a[f].union(&b[f])));
-        self.tiles.choose(&self.points, &bounds);
+        self.tiles.choose(&self.points, &bounds, margin);
         bounds.map(|b| if b.hi[2] > 0.0 { tuning::DEPTH_BAND * (1.0 - b.lo[2] / b.hi[2]) } else { 0.0 })
     }
 

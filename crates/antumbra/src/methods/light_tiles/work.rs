@@ -6,7 +6,7 @@ use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
 use antumbra_predicates::tile::{Part, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
 
 use super::bin::{Binned, Entry};
 use super::boxes::Boxes;
@@ -290,7 +290,9 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     }
     if sort {
         keys.clear();
-        keys.extend(mixed_leaves.iter().map(|leaf| place.leaf(s, leaf)));
+        for leaf in mixed_leaves.iter() {
+            keys.push(place.leaf(s, leaf));
+        }
         counting_sort::<_, _, 64>(mixed_leaves, leaves, |i| keys[i], |l| *l);
     } else {
         std::mem::swap(leaves, mixed_leaves);
@@ -412,13 +414,13 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
     let frame = Frame::of(pass.tiles.face[tile] as usize);
     let blocks = Blocks { all: blocks, live, hulls: live_hulls };
     for leaf in &leaves[range] {
-        // Whole blocks are four vectors, all others two; which samples of the block those are is in the mask.
+        // Whole blocks are two vectors, all others one; which samples of the block those are is in the mask.
         let mask = leaf.mask();
         let blocked = if is_whole(mask) {
-            samples::<S, 4>(s, pass, &blocks, &frame, leaf, mask, loose, open, counts)
+            samples::<S, 2>(s, pass, &blocks, &frame, leaf, mask, loose, open, counts)
         } else {
             let shift = if mask & LOW == 0 { HALF } else { 0 };
-            samples::<S, 2>(s, pass, &blocks, &frame, leaf, mask >> shift, loose, open, counts) << shift
+            samples::<S, 1>(s, pass, &blocks, &frame, leaf, mask >> shift, loose, open, counts) << shift
         };
         finish(pass, loose, leaf, blocked);
     }
@@ -459,35 +461,50 @@ fn samples<S: Simd, const V: usize>(
         } else {
             blocks.hulls.near(s, first, &part)
         };
+        // First the pairs, then their tests: one branch that cannot be foretold for all of them instead of one for each block.
+        let mut pairs = [0u8; 72];
+        let mut count = 0;
+        let mut within = [0u8; 8];
         while near != 0 {
-            let (i, mask) = blocks.live[first + near.trailing_zeros() as usize];
+            let at = near.trailing_zeros();
+            let (i, mask) = blocks.live[first + at as usize];
             near &= near - 1;
-            let prepared = &blocks.all[i as usize];
             counts.leaf_box_tests += 1;
-            let found = prepared.block.cull(s, &part);
+            let found = blocks.all[i as usize].block.cull(s, &part);
             if found.covers & mask != 0 {
                 counts.node_accept += 1;
                 return of_leaf;
             }
-            let mut maybe = found.maybe & mask;
-            let (mut pairs, mut tests) = (0, 0);
-            while maybe != 0 && alive != 0 {
-                let lane = maybe.trailing_zeros() as usize;
-                maybe &= maybe - 1;
-                pairs += 1;
-                tests += alive.count_ones();
-                let within = found.within >> lane & 1 == 1;
-                let tested = prepared.block.test(s, lane, turned, frame.sign, alive, within);
-                alive &= !tested.blocked;
-                if tested.plane | tested.sides != 0 {
-                    open.push(Open { id: prepared.ids[lane], plane: tested.plane, sides: tested.sides });
-                }
+            let maybe = found.maybe & mask;
+            within[at as usize % 8] = found.within;
+            let lanes = LANES[maybe as usize] | u64::from(at & 7) * 0x0808_0808_0808_0808;
+            if let Some(next) = pairs[count..].first_chunk_mut() {
+                *next = lanes.to_le_bytes();
             }
-            counts.pairs += pairs;
-            counts.leaf.leaf_tests += u64::from(tests);
+            count += maybe.count_ones() as usize;
+        }
+        let mut tests = 0;
+        let mut done = 0;
+        for &pair in &pairs[..count] {
+            let (at, lane) = (usize::from(pair >> 3 & 7), usize::from(pair & 7));
+            let (i, _) = blocks.live[first + at];
+            let prepared = &blocks.all[i as usize];
+            tests += alive.count_ones();
+            done += 1;
+            let within = within[at] >> lane & 1 == 1;
+            let tested = prepared.block.test(s, lane, turned, frame.sign, alive, within);
+            alive &= !tested.blocked;
+            if tested.plane | tested.sides != 0 {
+                open.push(Open { id: prepared.ids[lane], plane: tested.plane, sides: tested.sides });
+            }
             if alive == 0 {
-                return of_leaf;
+                break;
             }
+        }
+        counts.pairs += done;
+        counts.leaf.leaf_tests += u64::from(tests);
+        if alive == 0 {
+            return of_leaf;
         }
     }
     for o in open.iter() {
@@ -499,15 +516,35 @@ fn samples<S: Simd, const V: usize>(
     of_leaf & !alive
 }
 
-/// World coordinates of the samples of a leaf: four vectors of a whole block, two of anything else. What lanes without a sample hold does not matter.
+/// The numbers of the bits that are set, a byte each.
+const LANES: [u64; 256] = {
+    let mut table = [0; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut at) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                table[mask] |= lane << (8 * at);
+                at += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// World coordinates of the samples of a leaf: two vectors of a whole block, one of anything else. What lanes without a sample hold does not matter.
 #[inline(always)]
-fn load<S: Simd, const V: usize>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose]) -> [[f32x8<S>; V]; 3] {
-    let mut p = [[f32x8::splat(s, 0.0); V]; 3];
+fn load<S: Simd, const V: usize>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose]) -> [[f32x16<S>; V]; 3] {
+    let mut p = [[f32x16::splat(s, 0.0); V]; 3];
     let (block, mask) = (leaf.block(), leaf.mask());
-    if V == 4 {
+    if V == 2 {
         let whole = pass.layout.load(s, pass.positions, block as usize);
         for k in 0..3 {
-            p[k].copy_from_slice(&whole[k][..V]);
+            for i in 0..V {
+                p[k][i] = s.combine_f32x8(whole[k][2 * i], whole[k][2 * i + 1]);
+            }
         }
         return p;
     }
@@ -518,7 +555,7 @@ fn load<S: Simd, const V: usize>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Lo
         pass.layout.load_half(s, pass.positions, block as usize, usize::from(mask & LOW == 0))
     };
     for k in 0..3 {
-        p[k].copy_from_slice(&half[k][..V]);
+        p[k][0] = s.combine_f32x8(half[k][0], half[k][1]);
     }
     p
 }
@@ -529,7 +566,7 @@ fn resolve<S: Simd, const V: usize>(
     s: S,
     pass: &Pass<'_>,
     id: u32,
-    p: &[[f32x8<S>; V]; 3],
+    p: &[[f32x16<S>; V]; 3],
     plane: u32,
     sides: u32,
     counts: &mut Counts,
@@ -544,13 +581,18 @@ fn resolve<S: Simd, const V: usize>(
             if plane != 0 {
                 if let Some(resolver) = PlaneResolver::new(triangle, pass.light) {
                     for v in 0..V {
-                        if plane >> (8 * v) & 0xff == 0 {
-                            continue;
+                        let [x, y, z] =
+                            [s.split_f32x16(p[0][v]), s.split_f32x16(p[1][v]), s.split_f32x16(p[2][v])];
+                        for (half, p) in [[x.0, y.0, z.0], [x.1, y.1, z.1]].into_iter().enumerate() {
+                            let shift = HALF * v + 8 * half;
+                            if plane >> shift & 0xff == 0 {
+                                continue;
+                            }
+                            counts.plane_f64 += 1;
+                            let (beyond, unsure) = resolver.lanes(s, p);
+                            blocked |= plane & u32::from(beyond) << shift;
+                            hard |= plane & u32::from(unsure) << shift;
                         }
-                        counts.plane_f64 += 1;
-                        let (beyond, unsure) = resolver.lanes(s, [p[0][v], p[1][v], p[2][v]]);
-                        blocked |= plane & u32::from(beyond) << (8 * v);
-                        hard |= plane & u32::from(unsure) << (8 * v);
                     }
                 } else {
                     hard |= plane;
@@ -559,9 +601,9 @@ fn resolve<S: Simd, const V: usize>(
             if hard != 0
                 && let Some(resolver) = Resolver::new(triangle, pass.light)
             {
-                for i in (0..8 * V).filter(|i| hard >> i & 1 == 1) {
+                for i in (0..HALF * V).filter(|i| hard >> i & 1 == 1) {
                     let (blocks, decided) =
-                        resolver.blocks([p[0][i / 8][i % 8], p[1][i / 8][i % 8], p[2][i / 8][i % 8]]);
+                        resolver.blocks([p[0][i / HALF][i % HALF], p[1][i / HALF][i % HALF], p[2][i / HALF][i % HALF]]);
                     counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
                     blocked |= u32::from(blocks) << i;
                 }
