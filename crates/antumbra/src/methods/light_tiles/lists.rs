@@ -6,11 +6,16 @@ use super::prefetch::prefetch;
 const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
 
+/// A chunk is asked for when the one so many before it is read.
+const AHEAD: usize = 8;
+
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Chunk<T> {
-    /// The chunks before, last first; they are full.
-    before: [u32; 3],
+    /// The chunk before; it is full.
+    next: u32,
+    /// The one [`AHEAD`] before.
+    far: u32,
     items: [T; ITEMS],
 }
 
@@ -18,13 +23,19 @@ struct Chunk<T> {
 #[derive(Clone, Copy, Debug)]
 struct Tail {
     chunk: u32,
+    /// Items of the chunk, and [`FULL`] times the chunks before.
     count: u32,
 }
+
+/// A power of two over [`ITEMS`].
+const FULL: u32 = 16;
 
 /// Lists by number.
 #[derive(Debug, Default)]
 pub(super) struct Lists<T> {
     tails: Vec<Tail>,
+    /// The last chunks of each list, in a ring.
+    recent: Vec<[u32; AHEAD]>,
     chunks: Vec<Chunk<T>>,
     items: usize,
 }
@@ -34,6 +45,8 @@ impl<T: Copy + Default> Lists<T> {
     pub(super) fn reset(&mut self, count: usize) {
         self.tails.clear();
         self.tails.resize(count, Tail { chunk: NONE, count: 0 });
+        self.recent.clear();
+        self.recent.resize(count, [NONE; AHEAD]);
         self.chunks.clear();
         self.items = 0;
     }
@@ -44,17 +57,20 @@ impl<T: Copy + Default> Lists<T> {
         self.items += 1;
         let tail = &mut self.tails[list as usize];
         if let Some(chunk) = self.chunks.get_mut(tail.chunk as usize)
-            && let Some(slot) = chunk.items.get_mut(tail.count as usize)
+            && let Some(slot) = chunk.items.get_mut((tail.count % FULL) as usize)
         {
             *slot = item;
             tail.count += 1;
         } else {
             let mut items = [T::default(); ITEMS];
             items[0] = item;
-            let [a, b, _] = self.chunks.get(tail.chunk as usize).map_or([NONE; 3], |c| c.before);
-            let before = [tail.chunk, a, b];
-            *tail = Tail { chunk: self.chunks.len() as u32, count: 1 };
-            self.chunks.push(Chunk { before, items });
+            let chunk = self.chunks.len() as u32;
+            let before = tail.count / FULL + 1;
+            let recent = &mut self.recent[list as usize][before as usize % AHEAD];
+            let (next, far) = (tail.chunk, *recent);
+            *recent = chunk;
+            *tail = Tail { chunk, count: before * FULL + 1 };
+            self.chunks.push(Chunk { next, far, items });
         }
     }
 
@@ -63,7 +79,7 @@ impl<T: Copy + Default> Lists<T> {
     pub(super) fn ask_for_end(&self, list: u32) {
         let tail = self.tails[list as usize];
         if let Some(chunk) = self.chunks.get(tail.chunk as usize) {
-            prefetch(&chunk.items, tail.count as usize);
+            prefetch(&chunk.items, (tail.count % FULL) as usize);
         }
     }
 
@@ -76,15 +92,15 @@ impl<T: Copy + Default> Lists<T> {
     #[inline(always)]
     pub(super) fn each(&self, list: usize, mut visit: impl FnMut(&[T])) {
         let Some(&Tail { chunk: mut at, mut count }) = self.tails.get(list) else { return };
+        count %= FULL;
         while let Some(chunk) = self.chunks.get(at as usize) {
-            let [next, _, last] = chunk.before;
-            prefetch(&self.chunks, last as usize);
+            self.ask_for_chunk(chunk.far);
             visit(&chunk.items[..count as usize]);
-            (at, count) = (next, ITEMS as u32);
+            (at, count) = (chunk.next, ITEMS as u32);
         }
     }
 
-    /// The list will be read soon.
+    /// The list will be read soon: its end.
     #[inline(always)]
     pub(super) fn ask_for(&self, list: usize) {
         if let Some(tail) = self.tails.get(list) {
@@ -92,9 +108,26 @@ impl<T: Copy + Default> Lists<T> {
         }
     }
 
+    /// The list will be read soon: several chunks.
+    #[inline(always)]
+    pub(super) fn ask_for_more(&self, list: usize) {
+        for &chunk in self.recent.get(list).into_iter().flatten() {
+            self.ask_for_chunk(chunk);
+        }
+    }
+
+    #[inline(always)]
+    fn ask_for_chunk(&self, chunk: u32) {
+        if let Some(chunk) = self.chunks.get(chunk as usize) {
+            prefetch(std::slice::from_ref(chunk), 0);
+            prefetch(&chunk.items, ITEMS - 1);
+        }
+    }
+
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
-        self.tails.len() * size_of::<Tail>() + self.chunks.len() * size_of::<Chunk<T>>()
+        self.tails.len() * (size_of::<Tail>() + size_of::<[u32; AHEAD]>())
+            + self.chunks.len() * size_of::<Chunk<T>>()
     }
 }
 

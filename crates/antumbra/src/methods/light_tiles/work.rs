@@ -126,7 +126,7 @@ pub(super) fn work<S: Simd>(s: S, pass: &Pass<'_>, scratch: &mut Scratch) {
             worker.leaves.ask_for(tile + 1);
         }
         for worker in pass.binned {
-            worker.ids.ask_for(tile + 1);
+            worker.ids.ask_for_more(tile + 1);
         }
         one_tile(s, pass, tile, scratch);
     }
@@ -332,7 +332,9 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         for (at, &id) in at.iter_mut().zip(eight) {
             *at = id as usize;
         }
-        let mut corner = corners(s, at.map(|id| &pass.triangles[id]));
+        let all = pass.triangles;
+        let [a, b, c, d, e, f, g, h] = at;
+        let mut corner = corners(s, [&all[a], &all[b], &all[c], &all[d], &all[e], &all[f], &all[g], &all[h]]);
         for corner in &mut corner {
             *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
         }
