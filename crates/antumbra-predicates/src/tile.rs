@@ -112,6 +112,9 @@ pub struct Part {
 }
 
 impl Part {
+    /// Holds nothing: to be overwritten.
+    pub const NOWHERE: Part = Part { lo: [0.0; 4], hi: [0.0; 4], middle: [0.0; 4], half: [0.0; 4] };
+
     /// The region that is packed in `sides` ([`Region::pack`]).
     #[inline(always)]
     pub fn new<S: Simd>(s: S, sides: f32x8<S>) -> Part {
@@ -381,7 +384,7 @@ impl TileBlock {
         &self,
         s: S,
         lane: usize,
-        [u, v, w]: [&[f32x16<S>; V]; 3],
+        [u, v, w]: [&[[f32; 16]; V]; 3],
         sign: f32,
         alive: u32,
         within: bool,
@@ -391,7 +394,12 @@ impl TileBlock {
         let a = [self.a[0][lane], self.a[1][lane], self.a[2][lane]];
         for i in 0..V {
             // The product is exact: the same difference as in the frame.
-            q[i] = [u[i] - a[0], v[i] - a[1], w[i].mul_sub(sign, a[2])];
+            let [u, v, w] = [
+                f32x16::load_array_ref(s, &u[i]),
+                f32x16::load_array_ref(s, &v[i]),
+                f32x16::load_array_ref(s, &w[i]),
+            ];
+            q[i] = [u - a[0], v - a[1], w.mul_sub(sign, a[2])];
         }
         // The plane with the bound of each sample itself: most samples lie on a triangle of their own.
         let mut plane = [zero; V];

@@ -19,6 +19,7 @@ mod debug;
 mod descend;
 mod frame;
 mod grid;
+mod group;
 mod layout;
 mod leaves;
 mod lists;

@@ -2,16 +2,15 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 
-use antumbra_predicates::plane::PlaneResolver;
-use antumbra_predicates::resolve::{Decided, Resolver};
 use antumbra_predicates::tile::{Part, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
-use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
+use fearless_simd::{Simd, SimdBase, f32x8};
 
 use super::bin::{Binned, Entry};
 use super::boxes::Boxes;
 use super::frame::Frame;
 use super::grid::Tiles;
+use super::group::{Blocks, Memory, finish, test};
 use super::layout::{HALF, Layout};
 use super::leaves::{Gathered, Leaf, Loose, bounds_of, load_loose};
 use super::order::{LeafPlace, counting_sort, entry_keys};
@@ -81,38 +80,30 @@ pub(super) struct Scratch {
     mixed_loose: Vec<Loose>,
     keys: Vec<u32>,
     live: Vec<(u32, u8)>,
-    open: Vec<Open>,
+    memory: Box<Memory>,
 }
 
 /// Eight triangles of the tile.
 #[derive(Clone, Copy, Debug)]
-struct Prepared {
-    block: TileBlock,
-    ids: [u32; 8],
+pub(super) struct Prepared {
+    pub(super) block: TileBlock,
+    pub(super) ids: [u32; 8],
     live: u8,
 }
 
 /// Samples of both halves.
 #[inline(always)]
-fn is_whole(mask: u32) -> bool {
+pub(super) fn is_whole(mask: u32) -> bool {
     mask & LOW != 0 && mask & !LOW != 0
 }
 
-const LOOSE: u32 = 1 << 31;
+pub(super) const LOOSE: u32 = 1 << 31;
 
 /// The samples of the left half of a block.
-const LOW: u32 = (1 << HALF) - 1;
+pub(super) const LOW: u32 = (1 << HALF) - 1;
 
 /// Blocks of triangles that are asked for before they are prepared.
 const AHEAD: usize = 3;
-
-/// A triangle and the samples of a leaf for which f32 was not enough.
-#[derive(Clone, Copy, Debug)]
-struct Open {
-    id: u32,
-    plane: u32,
-    sides: u32,
-}
 
 /// Tiles until none is left.
 #[inline(always)]
@@ -372,6 +363,15 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     false
 }
 
+/// Tests a group of leaves.
+#[inline(always)]
+fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
+    let Scratch { blocks, leaves, loose, live, live_hulls, memory, counts, .. } = scratch;
+    let frame = Frame::of(pass.tiles.face[tile] as usize);
+    let blocks = Blocks { all: blocks, live, hulls: live_hulls };
+    test(s, pass, &frame, &blocks, &leaves[range], loose, memory, counts);
+}
+
 /// Finds the blocks of triangles that may concern a group of leaves. False if there are none, or one triangle covers all leaves.
 #[inline(always)]
 fn choose<S: Simd>(s: S, pass: &Pass<'_>, range: std::ops::Range<usize>, scratch: &mut Scratch) -> bool {
@@ -407,227 +407,4 @@ fn choose<S: Simd>(s: S, pass: &Pass<'_>, range: std::ops::Range<usize>, scratch
         }
     }
     !live.is_empty()
-}
-
-/// Up to [`GROUP`] leaves against the blocks of triangles in `live`.
-#[inline(always)]
-fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
-    let Scratch { blocks, leaves, loose, live, live_hulls, open, counts, .. } = scratch;
-    let frame = Frame::of(pass.tiles.face[tile] as usize);
-    let blocks = Blocks { all: blocks, live, hulls: live_hulls };
-    for leaf in &leaves[range] {
-        // Whole blocks are two vectors, all others one; which samples of the block those are is in the mask.
-        let mask = leaf.mask();
-        let blocked = if is_whole(mask) {
-            samples::<S, 2>(s, pass, &blocks, &frame, leaf, mask, loose, open, counts)
-        } else {
-            let shift = if mask & LOW == 0 { HALF } else { 0 };
-            samples::<S, 1>(s, pass, &blocks, &frame, leaf, mask >> shift, loose, open, counts) << shift
-        };
-        finish(pass, loose, leaf, blocked);
-    }
-}
-
-/// Blocks of triangles that may concern a group of leaves.
-#[derive(Clone, Copy, Debug)]
-struct Blocks<'a> {
-    all: &'a [Prepared],
-    /// Number and lanes.
-    live: &'a [(u32, u8)],
-    /// Bounds of those in `live`, if they are more than [`FEW_BLOCKS`].
-    hulls: &'a Boxes,
-}
-
-/// Which samples of a leaf (`V` vectors, those in `of_leaf` count) some triangle blocks.
-#[inline(always)]
-fn samples<S: Simd, const V: usize>(
-    s: S,
-    pass: &Pass<'_>,
-    blocks: &Blocks<'_>,
-    frame: &Frame,
-    leaf: &Leaf,
-    of_leaf: u32,
-    loose: &[Loose],
-    open: &mut Vec<Open>,
-    counts: &mut Counts,
-) -> u32 {
-    let part = Part::new(s, leaf.sides(s));
-    let mut alive = of_leaf;
-    open.clear();
-    let p = load::<S, V>(s, pass, leaf, loose);
-    let [u, v, w] = frame.axis;
-    let turned = [&p[u], &p[v], &p[w]];
-    for first in (0..blocks.live.len()).step_by(8) {
-        let mut near = if blocks.live.len() <= FEW_BLOCKS {
-            (1 << blocks.live.len()) - 1
-        } else {
-            blocks.hulls.near(s, first, &part)
-        };
-        // First the pairs, then their tests: one branch that cannot be foretold for all of them instead of one for each block.
-        let mut pairs = [0u8; 72];
-        let mut count = 0;
-        let mut within = [0u8; 8];
-        while near != 0 {
-            let at = near.trailing_zeros();
-            let (i, mask) = blocks.live[first + at as usize];
-            near &= near - 1;
-            counts.leaf_box_tests += 1;
-            let found = blocks.all[i as usize].block.cull(s, &part);
-            if found.covers & mask != 0 {
-                counts.node_accept += 1;
-                return of_leaf;
-            }
-            let maybe = found.maybe & mask;
-            within[at as usize % 8] = found.within;
-            let lanes = LANES[maybe as usize] | u64::from(at & 7) * 0x0808_0808_0808_0808;
-            if let Some(next) = pairs[count..].first_chunk_mut() {
-                *next = lanes.to_le_bytes();
-            }
-            count += maybe.count_ones() as usize;
-        }
-        let mut tests = 0;
-        let mut done = 0;
-        for &pair in &pairs[..count] {
-            let (at, lane) = (usize::from(pair >> 3 & 7), usize::from(pair & 7));
-            let (i, _) = blocks.live[first + at];
-            let prepared = &blocks.all[i as usize];
-            tests += alive.count_ones();
-            done += 1;
-            let within = within[at] >> lane & 1 == 1;
-            let tested = prepared.block.test(s, lane, turned, frame.sign, alive, within);
-            alive &= !tested.blocked;
-            if tested.plane | tested.sides != 0 {
-                open.push(Open { id: prepared.ids[lane], plane: tested.plane, sides: tested.sides });
-            }
-            if alive == 0 {
-                break;
-            }
-        }
-        counts.pairs += done;
-        counts.leaf.leaf_tests += u64::from(tests);
-        if alive == 0 {
-            return of_leaf;
-        }
-    }
-    for o in open.iter() {
-        let (plane, sides) = (o.plane & alive, o.sides & alive);
-        if plane | sides != 0 {
-            alive &= !resolve(s, pass, o.id, &p, plane, sides, counts);
-        }
-    }
-    of_leaf & !alive
-}
-
-/// The numbers of the bits that are set, a byte each.
-const LANES: [u64; 256] = {
-    let mut table = [0; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let (mut lane, mut at) = (0, 0);
-        while lane < 8 {
-            if mask >> lane & 1 == 1 {
-                table[mask] |= lane << (8 * at);
-                at += 1;
-            }
-            lane += 1;
-        }
-        mask += 1;
-    }
-    table
-};
-
-/// World coordinates of the samples of a leaf: two vectors of a whole block, one of anything else. What lanes without a sample hold does not matter.
-#[inline(always)]
-fn load<S: Simd, const V: usize>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose]) -> [[f32x16<S>; V]; 3] {
-    let mut p = [[f32x16::splat(s, 0.0); V]; 3];
-    let (block, mask) = (leaf.block(), leaf.mask());
-    if V == 2 {
-        let whole = pass.layout.load(s, pass.positions, block as usize);
-        for k in 0..3 {
-            for i in 0..V {
-                p[k][i] = s.combine_f32x8(whole[k][2 * i], whole[k][2 * i + 1]);
-            }
-        }
-        return p;
-    }
-    let half = if block & LOOSE != 0 {
-        let first = (block & !LOOSE) as usize;
-        load_loose(s, &loose[first..loose.len().min(first + HALF)])
-    } else {
-        pass.layout.load_half(s, pass.positions, block as usize, usize::from(mask & LOW == 0))
-    };
-    for k in 0..3 {
-        p[k][0] = s.combine_f32x8(half[k][0], half[k][1]);
-    }
-    p
-}
-
-/// The samples that an open triangle blocks: f64, then exact arithmetic. `plane` and `sides` are those to decide.
-#[inline(never)]
-fn resolve<S: Simd, const V: usize>(
-    s: S,
-    pass: &Pass<'_>,
-    id: u32,
-    p: &[[f32x16<S>; V]; 3],
-    plane: u32,
-    sides: u32,
-    counts: &mut Counts,
-) -> u32 {
-    s.vectorize(
-        #[inline(always)]
-        || {
-            let triangle = &pass.triangles[id as usize];
-            let mut blocked = 0;
-            let mut hard = sides;
-            counts.leaf.filter_f64 += u64::from((plane | hard).count_ones());
-            if plane != 0 {
-                if let Some(resolver) = PlaneResolver::new(triangle, pass.light) {
-                    for v in 0..V {
-                        let [x, y, z] =
-                            [s.split_f32x16(p[0][v]), s.split_f32x16(p[1][v]), s.split_f32x16(p[2][v])];
-                        for (half, p) in [[x.0, y.0, z.0], [x.1, y.1, z.1]].into_iter().enumerate() {
-                            let shift = HALF * v + 8 * half;
-                            if plane >> shift & 0xff == 0 {
-                                continue;
-                            }
-                            counts.plane_f64 += 1;
-                            let (beyond, unsure) = resolver.lanes(s, p);
-                            blocked |= plane & u32::from(beyond) << shift;
-                            hard |= plane & u32::from(unsure) << shift;
-                        }
-                    }
-                } else {
-                    hard |= plane;
-                }
-            }
-            if hard != 0
-                && let Some(resolver) = Resolver::new(triangle, pass.light)
-            {
-                for i in (0..HALF * V).filter(|i| hard >> i & 1 == 1) {
-                    let (blocks, decided) =
-                        resolver.blocks([p[0][i / HALF][i % HALF], p[1][i / HALF][i % HALF], p[2][i / HALF][i % HALF]]);
-                    counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
-                    blocked |= u32::from(blocks) << i;
-                }
-            }
-            blocked
-        },
-    )
-}
-
-/// Notes samples of a leaf that are in shadow.
-#[inline(always)]
-fn finish(pass: &Pass<'_>, loose: &[Loose], leaf: &Leaf, shadowed: u32) {
-    if shadowed == 0 {
-        return;
-    }
-    if leaf.block() & LOOSE == 0 {
-        pass.words[leaf.block() as usize].fetch_or(shadowed, Relaxed);
-        return;
-    }
-    let first = (leaf.block() & !LOOSE) as usize;
-    for i in (0..HALF).filter(|i| shadowed >> i & 1 == 1) {
-        let (block, sample) = loose[first + i].slot();
-        pass.words[block].fetch_or(1 << sample, Relaxed);
-    }
 }
