@@ -5,7 +5,6 @@
 //! processor can foretell, once a leaf or a block, and that costs more than the tests.
 
 use std::array::from_ref;
-use std::sync::atomic::Ordering::Relaxed;
 
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
@@ -77,6 +76,7 @@ pub(super) fn test<S: Simd>(
     leaves: &[Leaf],
     loose: &[Loose],
     memory: &mut Memory,
+    words: &mut [u32],
     counts: &mut Counts,
 ) {
     let Memory { points, boxes, pairs, within, open } = memory;
@@ -165,7 +165,7 @@ pub(super) fn test<S: Simd>(
         }
     }
     for (leaf, alive) in leaves.iter().zip(alive) {
-        finish(pass, loose, leaf, leaf.mask() & !(alive << shift(leaf)));
+        finish(words, loose, leaf, leaf.mask() & !(alive << shift(leaf)));
     }
 }
 
@@ -269,17 +269,17 @@ fn resolve<S: Simd>(
 
 /// Notes samples of a leaf that are in shadow.
 #[inline(always)]
-pub(super) fn finish(pass: &Pass<'_>, loose: &[Loose], leaf: &Leaf, shadowed: u32) {
+pub(super) fn finish(words: &mut [u32], loose: &[Loose], leaf: &Leaf, shadowed: u32) {
     if shadowed == 0 {
         return;
     }
     if leaf.block() & LOOSE == 0 {
-        pass.words[leaf.block() as usize].fetch_or(shadowed, Relaxed);
+        words[leaf.block() as usize] |= shadowed;
         return;
     }
     let first = (leaf.block() & !LOOSE) as usize;
     for i in (0..HALF).filter(|i| shadowed >> i & 1 == 1) {
         let (block, sample) = loose[first + i].slot();
-        pass.words[block].fetch_or(1 << sample, Relaxed);
+        words[block] |= 1 << sample;
     }
 }

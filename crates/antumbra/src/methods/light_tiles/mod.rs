@@ -33,7 +33,7 @@ mod work;
 
 use std::iter::Enumerate;
 use std::slice::ChunksMut;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::dispatch;
@@ -59,7 +59,8 @@ pub struct LightTiles {
     gathered: Vec<leaves::Gathered>,
     binned: Vec<bin::Binned>,
     scratch: Vec<work::Scratch>,
-    words: Vec<AtomicU32>,
+    /// One word a block: samples in shadow.
+    words: Vec<u32>,
     covered: Vec<AtomicBool>,
     wild: Wild,
 }
@@ -222,7 +223,6 @@ impl LightTiles {
         mask: &mut [u8],
     ) {
         let level = simd_level(isa);
-        self.words.resize_with(layout.blocks(), Default::default);
         let tiles = self.tiles.len();
         let pass = leaves::Pass { layout, positions, light, tiles: &self.tiles, band };
         // Each worker takes the next row of blocks, and with it the slice of the mask that it fills.
@@ -231,7 +231,6 @@ impl LightTiles {
             worker.reset(tiles);
             dispatch!(level, s => gather_rows(s, &pass, &rows, worker));
         });
-        self.words.par_iter_mut().with_min_len(4096).for_each(|w| *w.get_mut() = 0);
         self.tiles.region.clear();
         self.tiles.region.resize(tiles, Region::EMPTY);
         for worker in &self.gathered {
@@ -282,7 +281,21 @@ impl LightTiles {
             again,
         };
         self.scratch.par_iter_mut().with_max_len(1).for_each(|scratch| {
+            if !again {
+                scratch.words.clear();
+                scratch.words.resize(layout.blocks(), 0);
+            }
             dispatch!(level, s => work::work(s, &pass, scratch));
+        });
+        self.words.resize(layout.blocks(), 0);
+        let (scratch, chunk) = (&self.scratch, 4096);
+        self.words.par_chunks_mut(chunk).enumerate().for_each(|(i, words)| {
+            words.fill(0);
+            for worker in scratch {
+                for (sum, word) in words.iter_mut().zip(&worker.words[chunk * i..]) {
+                    *sum |= word;
+                }
+            }
         });
     }
 
@@ -309,7 +322,7 @@ impl LightTiles {
         rays.shadow(triangles, Samples::list(at), light, mask)?;
         for (&slot, &m) in slots.iter().zip(mask.iter()) {
             if m == SHADOWED {
-                *self.words[slot as usize / BLOCK].get_mut() |= 1 << (slot as usize % BLOCK);
+                self.words[slot as usize / BLOCK] |= 1 << (slot as usize % BLOCK);
             }
         }
         Ok(())
@@ -320,7 +333,7 @@ impl LightTiles {
         let words = &self.words;
         mask.par_chunks_mut(layout.row_samples().max(1)).enumerate().for_each(|(row, mask)| {
             for column in 0..layout.columns {
-                let word = words[row * layout.columns + column].load(Relaxed);
+                let word = words[row * layout.columns + column];
                 if word != 0 {
                     layout.mark(mask, column, word, SHADOWED);
                 }
@@ -336,7 +349,7 @@ impl LightTiles {
         stats.bytes("leaves", lists(|w| w.leaves.bytes()));
         stats.bytes("loose_samples", lists(|w| w.loose.bytes()));
         stats.bytes("triangle_lists", peak);
-        stats.bytes("words", self.words.len() * 4);
+        stats.bytes("words", self.words.len() * 4 * (1 + self.scratch.len()));
         stats.counter("tiles", self.tiles.len() as u64);
         stats.counter("rounds", rounds);
         stats.counter("block_leaves", leaves as u64);

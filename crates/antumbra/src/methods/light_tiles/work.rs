@@ -1,6 +1,6 @@
 //! The tile pass: the triangles of a tile's list against its leaves.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 use antumbra_predicates::tile::{Part, Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
@@ -30,8 +30,8 @@ pub(super) struct Pass<'a> {
     pub(super) covered: &'a [AtomicBool],
     pub(super) gathered: &'a [Gathered],
     pub(super) binned: &'a [Binned],
-    /// One word a block: samples in shadow.
-    pub(super) words: &'a [AtomicU32],
+    /// One word a block: samples in shadow after the rounds before.
+    pub(super) words: &'a [u32],
     pub(super) next: &'a AtomicUsize,
     /// Not the first round: some samples are in shadow already.
     pub(super) again: bool,
@@ -62,6 +62,8 @@ pub(super) struct Counts {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) counts: Counts,
+    /// One word a block: samples that this worker has found in shadow. A word for all would have to be changed under a lock.
+    pub(super) words: Vec<u32>,
     entries: Vec<Entry>,
     entry_keys: Vec<u32>,
     ids: Vec<u32>,
@@ -130,7 +132,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         return;
     }
     if pass.covered[tile].load(Relaxed) {
-        cover(pass, tile);
+        cover(pass, tile, &mut scratch.words);
         scratch.counts.node_accept += 1;
         return;
     }
@@ -156,7 +158,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         #[inline(always)]
         || prepare(s, pass, tile, scratch),
     ) {
-        cover(pass, tile);
+        cover(pass, tile, &mut scratch.words);
         scratch.counts.node_accept += 1;
         return;
     }
@@ -171,7 +173,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     for first in (0..scratch.leaves.len()).step_by(GROUP) {
         ask_for(pass, scratch.leaves.iter().skip(first + GROUP).take(GROUP));
         let range = first..scratch.leaves.len().min(first + GROUP);
-        if !sort || choose(s, pass, range.clone(), scratch) {
+        if !sort || choose(s, range.clone(), scratch) {
             apart(
                 s,
                 #[inline(always)]
@@ -188,16 +190,16 @@ fn apart<S: Simd, R>(s: S, f: impl FnOnce() -> R) -> R {
 }
 
 /// All samples of a tile are in shadow.
-fn cover(pass: &Pass<'_>, tile: usize) {
+fn cover(pass: &Pass<'_>, tile: usize, words: &mut [u32]) {
     for worker in pass.gathered {
         worker.leaves.each(tile, |leaves| {
             for leaf in leaves {
-                pass.words[leaf.block() as usize].fetch_or(leaf.mask(), Relaxed);
+                words[leaf.block() as usize] |= leaf.mask();
             }
         });
         worker.loose.each(tile, |loose| {
             for (block, sample) in loose.iter().map(Loose::slot) {
-                pass.words[block].fetch_or(1 << sample, Relaxed);
+                words[block] |= 1 << sample;
             }
         });
     }
@@ -239,7 +241,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
             for leaf in of_worker {
                 let (block, mut mask) = (leaf.block(), leaf.mask());
                 if pass.again {
-                    mask &= !pass.words[block as usize].load(Relaxed);
+                    mask &= !pass.words[block as usize];
                 }
                 if dense && is_whole(mask) {
                     for half in 0..2 {
@@ -259,7 +261,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
             }
             mixed_loose.extend(of_worker.iter().filter(|l| {
                 let (block, sample) = l.slot();
-                pass.words[block].load(Relaxed) >> sample & 1 == 0
+                pass.words[block] >> sample & 1 == 0
             }));
         });
     }
@@ -366,16 +368,16 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
 /// Tests a group of leaves.
 #[inline(always)]
 fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
-    let Scratch { blocks, leaves, loose, live, live_hulls, memory, counts, .. } = scratch;
+    let Scratch { blocks, leaves, loose, live, live_hulls, memory, words, counts, .. } = scratch;
     let frame = Frame::of(pass.tiles.face[tile] as usize);
     let blocks = Blocks { all: blocks, live, hulls: live_hulls };
-    test(s, pass, &frame, &blocks, &leaves[range], loose, memory, counts);
+    test(s, pass, &frame, &blocks, &leaves[range], loose, memory, words, counts);
 }
 
 /// Finds the blocks of triangles that may concern a group of leaves. False if there are none, or one triangle covers all leaves.
 #[inline(always)]
-fn choose<S: Simd>(s: S, pass: &Pass<'_>, range: std::ops::Range<usize>, scratch: &mut Scratch) -> bool {
-    let Scratch { blocks, used, hulls, leaves, loose, live, live_hulls, counts, .. } = scratch;
+fn choose<S: Simd>(s: S, range: std::ops::Range<usize>, scratch: &mut Scratch) -> bool {
+    let Scratch { blocks, used, hulls, leaves, loose, live, live_hulls, words, counts, .. } = scratch;
     let leaves = &leaves[range];
     let mut sides = f32x8::splat(s, f32::INFINITY);
     for leaf in leaves {
@@ -395,7 +397,7 @@ fn choose<S: Simd>(s: S, pass: &Pass<'_>, range: std::ops::Range<usize>, scratch
             if found.covers & prepared.live != 0 {
                 counts.node_accept += 1;
                 for leaf in leaves {
-                    finish(pass, loose, leaf, leaf.mask());
+                    finish(words, loose, leaf, leaf.mask());
                 }
                 return false;
             }
