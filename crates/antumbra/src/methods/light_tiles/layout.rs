@@ -191,6 +191,12 @@ impl Layout {
     #[inline(always)]
     pub(super) fn rows_of<'a>(&self, positions: &'a [[f32; 3]], block: usize) -> Option<Rows<'a>> {
         let (row, column) = self.place(block);
+        self.rows_at(positions, row, column)
+    }
+
+    /// The same of the block in a row and column.
+    #[inline(always)]
+    pub(super) fn rows_at<'a>(&self, positions: &'a [[f32; 3]], row: usize, column: usize) -> Option<Rows<'a>> {
         if 8 * column + 8 > self.width {
             return None;
         }

@@ -11,9 +11,13 @@ use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
 use super::layout::{BLOCK, HALF, Layout, is_background};
 use super::lists::Lists;
+use super::prefetch::prefetch;
 use super::shuffle::{columns, least_of_halves, two};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
+
+/// Numbers that are asked for ahead in each row of the picture: eight blocks.
+const AHEAD: usize = 8 * 24;
 
 /// Samples of one block that the light sees close together: packed bounds ([`Region::pack`]), with the block as number 3, and one
 /// bit a sample of the block as number 7.
@@ -171,7 +175,13 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
             scatter(pass, block, valid, out);
             valid
         } else {
-            let rows = layout.rows_of(pass.positions, block);
+            let rows = layout.rows_at(pass.positions, row, column);
+            if let Some(rows) = rows {
+                for row in rows {
+                    prefetch(row, AHEAD);
+                    prefetch(row, AHEAD + 16);
+                }
+            }
             if rows.is_some_and(|rows| is_background(s, rows)) {
                 layout.fill(mask, column, NONE);
                 continue;
