@@ -238,6 +238,9 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
                 mixed_leaves.extend_from_slice(of_worker);
                 return;
             }
+            if dense {
+                ask_for(pass, of_worker.iter());
+            }
             for leaf in of_worker {
                 let (block, mut mask) = (leaf.block(), leaf.mask());
                 if pass.again {
