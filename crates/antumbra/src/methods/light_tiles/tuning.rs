@@ -48,7 +48,7 @@ pub(super) const GROUP: usize = 8;
 
 /// In tiles with more triangles than this for each block of samples, halves of blocks are leaves of their own: blocks save what
 /// is done once a leaf, halves save tests.
-pub(super) const DENSE: usize = 2;
+pub(super) const DENSE: usize = 4;
 
 /// Triangles that a worker takes at a time.
 pub(super) const TRIANGLES: usize = 1024;

@@ -315,27 +315,26 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     entry_keys(s, pass.tiles, tile, entries, keys);
     counting_sort::<_, _, 128>(entries, ids, |i| keys[i], |e| e.id);
     let Frame { axis, sign } = frame;
+    // Up to whole blocks: the first once more.
+    let count = ids.len();
+    ids.resize(count.next_multiple_of(8), ids[0]);
+    let eights = ids.as_chunks::<8>().0;
     for &id in ids.iter().take(8 * AHEAD) {
         ask_for_triangle(pass, id);
     }
-    let mut ahead = ids.chunks(8).skip(AHEAD);
-    for eight in ids.chunks(8) {
-        for &id in ahead.next().unwrap_or_default() {
+    for (i, eight) in eights.iter().enumerate() {
+        for &id in eights.get(i + AHEAD).into_iter().flatten() {
             ask_for_triangle(pass, id);
         }
-        // Short at the end: the last repeats the first.
-        let mut at = [eight[0] as usize; 8];
-        for (at, &id) in at.iter_mut().zip(eight) {
-            *at = id as usize;
-        }
-        let all = pass.triangles;
-        let [a, b, c, d, e, f, g, h] = at;
-        let mut corner = corners(s, [&all[a], &all[b], &all[c], &all[d], &all[e], &all[f], &all[g], &all[h]]);
+        let [a, b, c, d, e, f, g, h] = *eight;
+        let at = |id: u32| &pass.triangles[id as usize];
+        let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
         for corner in &mut corner {
             *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
         }
-        let live = (0xffu32 >> (8 - eight.len())) as u8;
-        counts.prepared += eight.len() as u64;
+        let there = (count - 8 * i).min(8);
+        let live = (0xffu32 >> (8 - there)) as u8;
+        counts.prepared += there as u64;
         // Blocks are used again and again: filling them with zeros each time would cost as much as preparing them.
         if blocks.len() == *used {
             blocks.push(Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 });
@@ -347,7 +346,7 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         while edge_on != 0 {
             let lane = edge_on.trailing_zeros() as usize;
             edge_on &= edge_on - 1;
-            match exact::facing(&pass.triangles[at[lane]].map(|p| frame.turn(p)), light) {
+            match exact::facing(&at(eight[lane]).map(|p| frame.turn(p)), light) {
                 0 => live &= !(1 << lane),
                 1 => {}
                 _ => prepared.block.flip(lane),
@@ -359,7 +358,7 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         *used += 1;
         counts.kept += u64::from(live.count_ones());
         prepared.live = live;
-        prepared.ids[..eight.len()].copy_from_slice(eight);
+        prepared.ids = *eight;
         hulls.push(prepared.block.hull(s, live));
         if verdict.covers & live != 0 {
             return true;
