@@ -232,8 +232,14 @@ fn together<S: Simd>(
     let x = [lanes.select(seen.x[0], most).reduce_min(), lanes.select(seen.x[1], least).reduce_max()];
     let y = [lanes.select(seen.y[0], most).reduce_min(), lanes.select(seen.y[1], least).reduce_max()];
     let last = (1 << grid.levels) - 1;
-    let [x0, y0] = [grid.fit.cell(0, x[0]).saturating_sub(tiles.margin), grid.fit.cell(1, y[0]).saturating_sub(tiles.margin)];
-    let [x1, y1] = [(grid.fit.cell(0, x[1]) + tiles.margin).min(last), (grid.fit.cell(1, y[1]) + tiles.margin).min(last)];
+    let [x0, y0] = [
+        grid.fit.cell(0, x[0]).saturating_sub(tiles.margin),
+        grid.fit.cell(1, y[0]).saturating_sub(tiles.margin),
+    ];
+    let [x1, y1] = [
+        (grid.fit.cell(0, x[1]) + tiles.margin).min(last),
+        (grid.fit.cell(1, y[1]) + tiles.margin).min(last),
+    ];
     if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || grid.crowded([x0, x1, y0, y1]) {
         return None;
     }

@@ -243,7 +243,8 @@ fn resolve<S: Simd>(
                             }
                             counts.plane_f64 += 1;
                             let at = |v: &[f32; HALF]| f32x8::from_slice(s, &v[8 * half..8 * half + 8]);
-                            let (beyond, unsure) = resolver.lanes(s, [at(&p[0][v]), at(&p[1][v]), at(&p[2][v])]);
+                            let (beyond, unsure) =
+                                resolver.lanes(s, [at(&p[0][v]), at(&p[1][v]), at(&p[2][v])]);
                             blocked |= plane & u32::from(beyond) << shift;
                             hard |= plane & u32::from(unsure) << shift;
                         }
@@ -256,8 +257,11 @@ fn resolve<S: Simd>(
                 && let Some(resolver) = Resolver::new(triangle, pass.light)
             {
                 for i in (0..2 * HALF).filter(|i| hard >> i & 1 == 1) {
-                    let (blocks, decided) =
-                        resolver.blocks([p[0][i / HALF][i % HALF], p[1][i / HALF][i % HALF], p[2][i / HALF][i % HALF]]);
+                    let (blocks, decided) = resolver.blocks([
+                        p[0][i / HALF][i % HALF],
+                        p[1][i / HALF][i % HALF],
+                        p[2][i / HALF][i % HALF],
+                    ]);
                     counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
                     blocked |= u32::from(blocks) << i;
                 }

@@ -196,7 +196,12 @@ impl Layout {
 
     /// The same of the block in a row and column.
     #[inline(always)]
-    pub(super) fn rows_at<'a>(&self, positions: &'a [[f32; 3]], row: usize, column: usize) -> Option<Rows<'a>> {
+    pub(super) fn rows_at<'a>(
+        &self,
+        positions: &'a [[f32; 3]],
+        row: usize,
+        column: usize,
+    ) -> Option<Rows<'a>> {
         if 8 * column + 8 > self.width {
             return None;
         }
