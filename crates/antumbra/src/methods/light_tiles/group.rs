@@ -273,7 +273,7 @@ fn resolve<S: Simd>(
 
 /// Notes samples of a leaf that are in shadow.
 #[inline(always)]
-pub(super) fn finish(words: &mut [u32], loose: &[Loose], leaf: &Leaf, shadowed: u32) {
+fn finish(words: &mut [u32], loose: &[Loose], leaf: &Leaf, shadowed: u32) {
     if shadowed == 0 {
         return;
     }

@@ -6,7 +6,7 @@
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 samples each, fewer where samples are few.
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
-//! 4. [`work`]: a tile's triangles are prepared once and tested against groups of leaves, leaves, and samples.
+//! 4. [`work`]: a tile's triangles are prepared once; [`group`]: and tested against groups of leaves, leaves, and samples.
 //!
 //! All culling is interval arithmetic with the bounds of `antumbra_predicates::tile`; samples are decided by the shared
 //! leaf test, f64 and exact arithmetic.

@@ -47,7 +47,7 @@ pub(super) const LEAST_PART: u32 = 2;
 pub(super) const GROUP: usize = 8;
 
 /// In tiles with more triangles than this for each block of samples, halves of blocks are leaves of their own: blocks save what
-/// is done once a leaf, halves save tests.
+/// is done once a leaf, halves save tests. 2 and 8 cost the same on the whole; with no limit, statue and hair take a twentieth longer.
 pub(super) const DENSE: usize = 4;
 
 /// Triangles that a worker takes at a time.

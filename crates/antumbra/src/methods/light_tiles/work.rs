@@ -10,7 +10,7 @@ use super::bin::{Binned, Entry};
 use super::boxes::Boxes;
 use super::frame::Frame;
 use super::grid::Tiles;
-use super::group::{Blocks, Memory, finish, test};
+use super::group::{Blocks, Memory, test};
 use super::layout::{HALF, Layout};
 use super::leaves::{Gathered, Leaf, Loose, bounds_of, load_loose};
 use super::order::{LeafPlace, counting_sort, entry_keys};
@@ -46,10 +46,11 @@ pub(super) struct Counts {
     pub(super) prepared: u64,
     /// Of those: may block one of its samples.
     pub(super) kept: u64,
-    /// Blocks of eight triangles tested against groups of leaves, and against leaves.
+    /// Blocks of eight triangles whose bounds meet those of a group of leaves.
     pub(super) group_tests: u64,
+    /// Blocks tested against leaves.
     pub(super) leaf_box_tests: u64,
-    /// Tiles, groups and leaves that one triangle covers.
+    /// Tiles and leaves that one triangle covers.
     pub(super) node_accept: u64,
     /// Triangles tested against the samples of a leaf.
     pub(super) pairs: u64,
@@ -376,13 +377,12 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usi
     test(s, pass, &frame, &blocks, &leaves[range], loose, memory, words, counts);
 }
 
-/// Finds the blocks of triangles that may concern a group of leaves. False if there are none, or one triangle covers all leaves.
+/// Finds the blocks of triangles that may concern a group of leaves: those whose bounds meet the group's. False if there are none.
 #[inline(always)]
 fn choose<S: Simd>(s: S, range: std::ops::Range<usize>, scratch: &mut Scratch) -> bool {
-    let Scratch { blocks, used, hulls, leaves, loose, live, live_hulls, words, counts, .. } = scratch;
-    let leaves = &leaves[range];
+    let Scratch { blocks, used, hulls, leaves, live, live_hulls, counts, .. } = scratch;
     let mut sides = f32x8::splat(s, f32::INFINITY);
-    for leaf in leaves {
+    for leaf in &leaves[range] {
         sides = sides.min(leaf.sides(s));
     }
     let part = Part::new(s, sides);
@@ -393,22 +393,10 @@ fn choose<S: Simd>(s: S, range: std::ops::Range<usize>, scratch: &mut Scratch) -
         while near != 0 {
             let i = first + near.trailing_zeros() as usize;
             near &= near - 1;
-            let prepared = &blocks[i];
-            counts.group_tests += 1;
-            let found = prepared.block.cull(s, &part);
-            if found.covers & prepared.live != 0 {
-                counts.node_accept += 1;
-                for leaf in leaves {
-                    finish(words, loose, leaf, leaf.mask());
-                }
-                return false;
-            }
-            let maybe = found.maybe & prepared.live;
-            if maybe != 0 {
-                live.push((i as u32, maybe));
-                live_hulls.push(hulls.get(i));
-            }
+            live.push((i as u32, blocks[i].live));
+            live_hulls.push(hulls.get(i));
         }
     }
+    counts.group_tests += live.len() as u64;
     !live.is_empty()
 }
