@@ -5,7 +5,7 @@ use antumbra_predicates::exact;
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::tile::{NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict};
-use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x8};
+use fearless_simd::{Level, SimdBase, dispatch, f32x8};
 
 use crate::cases::{Case, Point, Rng, line};
 use crate::filter::levels;
@@ -70,7 +70,7 @@ fn cull_at(level: Level, block: &TileBlock, region: &Region) -> PartVerdict {
     dispatch!(level, s => block.cull(s, &Part::new(s, f32x8::load_array(s, region.pack()))))
 }
 
-/// The samples four times over, as two vectors, of which callers count the second eight.
+/// The samples four times over, two vectors of sixteen, of which callers count the second eight.
 fn test_at(
     level: Level,
     block: &TileBlock,
@@ -80,14 +80,9 @@ fn test_at(
     within: bool,
     alive: u32,
 ) -> Tested {
-    dispatch!(level, s => {
-        let all = |v: &[f32; 8]| {
-            let eight = f32x8::load_array_ref(s, v);
-            [s.combine_f32x8(eight, eight); 2]
-        };
-        let [u, v, w] = [all(&p[0]), all(&p[1]), all(&p[2])];
-        block.test(s, lane, [&u, &v, &w], sign, alive, within)
-    })
+    let all = |v: &[f32; 8]| [std::array::from_fn(|i| v[i % 8]); 2];
+    let [u, v, w]: [[[f32; 16]; 2]; 3] = [all(&p[0]), all(&p[1]), all(&p[2])];
+    dispatch!(level, s => block.test(s, lane, [&u, &v, &w], sign, alive, within))
 }
 
 fn plane_at(level: Level, plane: &PlaneResolver, p: &[[f32; 8]; 3]) -> (u8, u8) {

@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 /// One stage of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
@@ -76,14 +78,18 @@ impl StatsBuilder {
     pub fn finish(mut self, triangles: usize, mask: &[u8]) -> Stats {
         self.stats.total_ms = self.start.elapsed().as_secs_f64() * 1e3;
         self.stats.triangles = triangles;
-        self.stats.samples = mask.len() - count(mask, crate::mask::NONE);
-        self.stats.shadowed = count(mask, crate::mask::SHADOWED);
+        let [none, shadowed] = count(mask, [crate::mask::NONE, crate::mask::SHADOWED]);
+        self.stats.samples = mask.len() - none;
+        self.stats.shadowed = shadowed;
         self.stats
     }
 }
 
-/// How often a value occurs. Counts in bytes, so that a vector counts as many as it has bytes: callers wait for this after every
-/// frame.
-fn count(mask: &[u8], value: u8) -> usize {
-    mask.chunks(255).map(|m| usize::from(m.iter().fold(0u8, |n, &v| n + u8::from(v == value)))).sum()
+/// How often two values occur. Counts in bytes, so that a vector counts as many as it has bytes, and on all threads: callers wait for
+/// this after every frame.
+fn count(mask: &[u8], values: [u8; 2]) -> [usize; 2] {
+    let few = |m: &[u8], value: u8| usize::from(m.iter().fold(0u8, |n, &v| n + u8::from(v == value)));
+    let some =
+        |m: &[u8]| m.chunks(255).fold([0, 0], |[a, b], m| [a + few(m, values[0]), b + few(m, values[1])]);
+    mask.par_chunks(255 << 8).map(some).reduce(|| [0, 0], |[a, b], [c, d]| [a + c, b + d])
 }
