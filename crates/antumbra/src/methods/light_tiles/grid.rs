@@ -274,10 +274,10 @@ impl Tiles {
         self.level.len()
     }
 
-    /// The tile of a direction in a face.
+    /// The tile of a direction in a face, or below a crowded cell.
     #[inline(always)]
-    pub(super) fn find(&self, face: usize, x: f32, y: f32) -> u32 {
-        let mut grid = &self.grids[face];
+    pub(super) fn find(&self, grid: usize, x: f32, y: f32) -> u32 {
+        let mut grid = &self.grids[grid];
         loop {
             let at = grid.at(grid.fit.cell(0, x), grid.fit.cell(1, y));
             if at & GRID == 0 {
@@ -312,7 +312,7 @@ impl Tiles {
         let mut tiles = [0; 8];
         for i in 0..8 {
             let at = grid.at(column[i], row[i]);
-            tiles[i] = if at & GRID == 0 { at } else { self.find(face, x[i], y[i]) };
+            tiles[i] = if at & GRID == 0 { at } else { self.find((at & !GRID) as usize, x[i], y[i]) };
         }
         u32x8::load_array(s, tiles)
     }

@@ -1,4 +1,4 @@
-//! Blocks of 32 samples: 8 x 4 pixels of a picture, or 32 in a row of a list.
+//! Blocks of 32 samples: 8 x 4 pixels of a picture, or 32 in a row of a list, which is taken for four lines of 8.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
@@ -12,14 +12,15 @@ pub(super) const HALF: usize = 16;
 /// Where the samples of a block are.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Layout {
-    /// Samples a row of the picture.
+    /// Samples a line of blocks.
     width: usize,
+    /// From line to line of a block, and from block to block.
+    line: usize,
+    step: usize,
     /// Blocks a row.
     pub(super) columns: usize,
     /// Rows of blocks.
     pub(super) rows: usize,
-    /// Samples in no order.
-    pub(super) is_list: bool,
     len: usize,
 }
 
@@ -34,12 +35,18 @@ impl Layout {
     pub(super) fn new(len: usize, width: usize) -> Layout {
         let width = width.max(1);
         if width >= len {
-            let blocks = len.div_ceil(BLOCK);
-            let rows = blocks.div_ceil(LIST_COLUMNS);
-            return Layout { width, columns: LIST_COLUMNS, rows, is_list: true, len };
+            let rows = len.div_ceil(BLOCK).div_ceil(LIST_COLUMNS);
+            return Layout {
+                width: 8 * LIST_COLUMNS,
+                line: 8,
+                step: BLOCK,
+                columns: LIST_COLUMNS,
+                rows,
+                len,
+            };
         }
         let rows = len.div_ceil(width).div_ceil(4);
-        Layout { width, columns: width.div_ceil(8), rows, is_list: false, len }
+        Layout { width, line: width, step: 8, columns: width.div_ceil(8), rows, len }
     }
 
     /// Blocks in all.
@@ -49,26 +56,20 @@ impl Layout {
 
     /// Samples of a row of blocks.
     pub(super) fn row_samples(&self) -> usize {
-        if self.is_list { LIST_COLUMNS * BLOCK } else { 4 * self.width }
+        4 * self.width
     }
 
     /// The place of the first sample of a block, and how far apart its lines are. Samples of blocks at the border may lie
     /// outside: [`Layout::index`] says which.
     #[inline(always)]
     pub(super) fn corner(&self, block: usize) -> (usize, usize) {
-        if self.is_list {
-            return (block * BLOCK, 4);
-        }
         let (row, column) = self.place(block);
-        (4 * row * self.width + 8 * column, self.width)
+        (4 * row * self.width + self.step * column, self.line)
     }
 
     /// The index of a sample that is in the picture, in a block at [`Layout::corner`].
     #[inline(always)]
     pub(super) fn index_from(&self, (start, line): (usize, usize), sample: usize) -> usize {
-        if self.is_list {
-            return start + sample;
-        }
         start + sample % HALF / 4 * line + sample / HALF * 4 + sample % 4
     }
 
@@ -83,16 +84,12 @@ impl Layout {
     /// The index of a sample of a block, if it is in the picture.
     #[inline(always)]
     pub(super) fn index(&self, block: usize, sample: usize) -> Option<usize> {
-        let i = if self.is_list {
-            block * BLOCK + sample
-        } else {
-            let (row, column) = self.place(block);
-            let (x, y) = (sample / HALF * 4 + sample % 4, sample % HALF / 4);
-            if 8 * column + x >= self.width {
-                return None;
-            }
-            (4 * row + y) * self.width + 8 * column + x
-        };
+        let (row, column) = self.place(block);
+        let (x, y) = (sample / HALF * 4 + sample % 4, sample % HALF / 4);
+        if 8 * column + x >= self.width {
+            return None;
+        }
+        let i = 4 * row * self.width + y * self.line + self.step * column + x;
         (i < self.len).then_some(i)
     }
 
@@ -100,7 +97,7 @@ impl Layout {
     #[inline(always)]
     pub(super) fn inside(&self, column: usize) -> u32 {
         let columns = self.width.saturating_sub(8 * column);
-        if self.is_list || columns >= 8 {
+        if columns >= 8 {
             return u32::MAX;
         }
         let half = |columns: usize| 0x1111 * ((1 << columns.min(4)) - 1);
@@ -112,12 +109,9 @@ impl Layout {
     #[inline(always)]
     pub(super) fn mark(&self, mask: &mut [u8], column: usize, word: u32, value: u8) {
         for y in 0..4 {
-            // Eight bits in a row: of both halves in a picture, one after the other in a list.
-            let (start, eight) = if self.is_list {
-                (column * BLOCK + 8 * y, word >> (8 * y) & 0xff)
-            } else {
-                (8 * column + y * self.width, word >> (4 * y) & 0xf | (word >> (HALF + 4 * y) & 0xf) << 4)
-            };
+            // Eight bits in a line, of both halves.
+            let start = self.step * column + self.line * y;
+            let eight = word >> (4 * y) & 0xf | (word >> (HALF + 4 * y) & 0xf) << 4;
             // Bits 0 to 3 to the lowest bits of four bytes: copies 7 bits apart.
             let spread = |four: u32| u64::from((four * 0x0020_4081) & 0x0101_0101);
             let spread = (spread(eight & 0xf) | spread(eight >> 4) << 32) * u64::from(value);
@@ -136,7 +130,7 @@ impl Layout {
     pub(super) fn fill(&self, mask: &mut [u8], column: usize, value: u8) {
         for y in 0..4 {
             if let Some(row) =
-                mask.get_mut(8 * column + y * self.width..).and_then(|m| m.first_chunk_mut::<8>())
+                mask.get_mut(self.step * column + self.line * y..).and_then(|m| m.first_chunk_mut::<8>())
             {
                 *row = [value; 8];
             }
@@ -205,8 +199,8 @@ impl Layout {
         if 8 * column + 8 > self.width {
             return None;
         }
-        let line = 3 * self.width;
-        let block = positions.as_flattened().get(4 * row * line + 24 * column..)?;
+        let line = 3 * self.line;
+        let block = positions.as_flattened().get(3 * (4 * row * self.width + self.step * column)..)?;
         let last = block.get(3 * line..)?.first_chunk()?;
         Some([block.first_chunk()?, block[line..].first_chunk()?, block[2 * line..].first_chunk()?, last])
     }

@@ -1,11 +1,11 @@
 //! The sample pass: blocks of 8 x 4 pixels become leaves of tiles.
 //!
 //! Most blocks lie in one tile at one depth and become one leaf. Of others, each half is one, or is parted; what would fall into
-//! many leaves, and all samples of a bare list, go to their tiles one by one ("loose"), where they are sorted.
+//! many leaves goes to its tiles sample by sample ("loose"), where samples are sorted.
 
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region};
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x8, mask32x8, u32x8};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x4, f32x8, mask32x8, u32x8};
 
 use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
@@ -170,24 +170,18 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
     mask.fill(LIT);
     for column in 0..layout.columns {
         let block = row * layout.columns + column;
-        let valid = if layout.is_list {
-            let valid = exist(pass, block, out);
-            scatter(pass, block, valid, out);
-            valid
-        } else {
-            let rows = layout.rows_at(pass.positions, row, column);
-            if let Some(rows) = rows {
-                for row in rows {
-                    prefetch(row, AHEAD);
-                    prefetch(row, AHEAD + 16);
-                }
+        let rows = layout.rows_at(pass.positions, row, column);
+        if let Some(rows) = rows {
+            for row in rows {
+                prefetch(row, AHEAD);
+                prefetch(row, AHEAD + 16);
             }
-            if rows.is_some_and(|rows| is_background(s, rows)) {
+            if is_background(s, rows) {
                 layout.fill(mask, column, NONE);
                 continue;
             }
-            block_of(s, pass, block, layout.load_rows(s, pass.positions, block, rows), out)
-        };
+        }
+        let valid = block_of(s, pass, block, layout.load_rows(s, pass.positions, block, rows), out);
         if valid != u32::MAX {
             layout.mark(mask, column, !valid & layout.inside(column), NONE);
         }
@@ -302,7 +296,7 @@ fn inside<S: Simd>(u: f32x8<S>, v: f32x8<S>, w: f32x8<S>) -> mask32x8<S> {
     w.simd_ge(u.abs().max(v.abs()).max(NEAREST)) & w.simd_le(LIMIT)
 }
 
-/// One half of a block, from the light.
+/// One half of a block, from the light: face by face, mostly there is one.
 #[inline(always)]
 fn part_half<S: Simd>(
     s: S,
@@ -313,15 +307,38 @@ fn part_half<S: Simd>(
     q: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
-    let first = mask.trailing_zeros() as usize;
-    let face = face_of([q[0][first / 8][first % 8], q[1][first / 8][first % 8], q[2][first / 8][first % 8]]);
-    let [u, v, w] = Frame::of(face).turn_all(*q);
-    let inside = both([inside(u[0], v[0], w[0]), inside(u[1], v[1], w[1])]);
-    if mask & !inside != 0 || pass.tiles.grids[face].root == NOTHING {
-        scatter(pass, block, u32::from(mask) << (HALF * half), out);
-        return;
+    let mut left = mask;
+    while left != 0 {
+        let i = left.trailing_zeros() as usize;
+        let face = face_of([q[0][i / 8][i % 8], q[1][i / 8][i % 8], q[2][i / 8][i % 8]]);
+        let turned = Frame::of(face).turn_all(*q);
+        let [u, v, w] = turned;
+        let here = left & both([inside(u[0], v[0], w[0]), inside(u[1], v[1], w[1])]);
+        if here == 0 || pass.tiles.grids[face].root == NOTHING {
+            // The first has no direction, or no point of the face was seen when the tiles were chosen.
+            let wild = if here == 0 { 1 << i } else { here };
+            out.wild.extend(bits(wild).map(|i| (block * BLOCK + HALF * half + i) as u32));
+            left &= !wild;
+            continue;
+        }
+        part_face(s, pass, block, half, here, face, turned, out);
+        left &= !here;
     }
-    let mut c = seen(s, [u, v, w]);
+}
+
+/// Samples of half a block that lie in one face, in its frame.
+#[inline(always)]
+fn part_face<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    block: usize,
+    half: usize,
+    mask: u16,
+    face: usize,
+    turned: [[f32x8<S>; 2]; 3],
+    out: &mut Gathered,
+) {
+    let mut c = seen(s, turned);
     if mask != 0xffff {
         repeat(s, &mut c, mask);
     }
@@ -335,6 +352,8 @@ fn part_half<S: Simd>(
     }
     // Several depths, or too large for a tile.
     let mut left = mask;
+    let mut alone = 0;
+    let (mut tiles, mut known) = ([u32x8::splat(s, NOTHING); 2], false);
     for _ in 0..BLOCK_LEAVES {
         let first = left.trailing_zeros() as usize;
         let near = c[2][first / 8][first % 8];
@@ -346,17 +365,26 @@ fn part_half<S: Simd>(
         let mut only = c;
         repeat(s, &mut only, part);
         let sides = bounds(s, &only);
-        match pass.tiles.home(s, face, sides) {
-            Some(tile) => add(s, out, tile, sides, block, place(part)),
-            None => pieces(s, pass, block, half, part, face, &c, out),
+        if let Some(tile) = pass.tiles.home(s, face, sides) {
+            add(s, out, tile, sides, block, place(part));
+        } else {
+            if !known {
+                (tiles, known) = (tiles_of(s, pass, face, &c), true);
+            }
+            alone |= pieces(s, block, half, part, &tiles, &c, out);
         }
         left &= !part;
         if left == 0 {
-            return;
+            break;
         }
     }
-    let tiles = tiles_of(s, pass, face, &c);
-    loosen(pass, block, half, left, &tiles, &c, out);
+    alone |= left;
+    if alone != 0 {
+        if !known {
+            tiles = tiles_of(s, pass, face, &c);
+        }
+        loosen(s, pass, block, half, alone, &tiles, &c, out);
+    }
 }
 
 /// Tiles of sixteen samples.
@@ -466,19 +494,18 @@ fn widen<S: Simd>(s: S, bounds: &mut [f32; 8], sides: f32x8<S>) {
     f32x8::load_array_ref(s, bounds).min(sides).store_array(bounds);
 }
 
-/// Samples of half a block at one depth that are too far apart for any tile: each tile takes its own, unless they are too many.
+/// Samples of half a block at one depth that are too far apart for any tile: each tile takes its own. Returns those that are left, if they
+/// are too many.
 #[inline(always)]
 fn pieces<S: Simd>(
     s: S,
-    pass: &Pass<'_>,
     block: usize,
     half: usize,
     mask: u16,
-    face: usize,
+    tiles: &[u32x8<S>; 2],
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
-) {
-    let tiles = tiles_of(s, pass, face, c);
+) -> u16 {
     let mut left = mask;
     for _ in 0..BLOCK_LEAVES {
         let first = left.trailing_zeros() as usize;
@@ -492,15 +519,16 @@ fn pieces<S: Simd>(
         add(s, out, tile, bounds(s, &only), block, u32::from(part) << (HALF * half));
         left &= !part;
         if left == 0 {
-            return;
+            break;
         }
     }
-    loosen(pass, block, half, left, &tiles, c, out);
+    left
 }
 
 /// Samples of half a block, one by one.
 #[inline(never)]
 fn loosen<S: Simd>(
+    s: S,
     pass: &Pass<'_>,
     block: usize,
     half: usize,
@@ -509,42 +537,39 @@ fn loosen<S: Simd>(
     c: &[[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
-    let corner = pass.layout.corner(block);
-    for i in bits(u32::from(mask)) {
-        out.loose.ask_for_end(tiles[i / 8][i % 8]);
-    }
-    for i in bits(u32::from(mask)) {
-        let at = [c[0][i / 8][i % 8], c[1][i / 8][i % 8], c[2][i / 8][i % 8]];
-        let sample = HALF * half + i;
-        let world = pass.positions[pass.layout.index_from(corner, sample)];
-        add_loose(out, tiles[i / 8][i % 8], world, block * BLOCK + sample, at);
-    }
-}
-
-/// A block that crosses from face to face, or of a list: every sample goes to its tile alone.
-#[inline(never)]
-fn scatter(pass: &Pass<'_>, block: usize, mask: u32, out: &mut Gathered) {
-    let corner = pass.layout.corner(block);
-    for i in bits(mask) {
-        let world = pass.positions[pass.layout.index_from(corner, i)];
-        match direction(world, pass.light) {
-            Some((face, at)) if pass.tiles.grids[face].root != NOTHING => {
-                let tile = pass.tiles.find(face, at[0], at[1]);
-                add_loose(out, tile, world, block * BLOCK + i, at);
+    s.vectorize(
+        #[inline(always)]
+        || {
+            let corner = pass.layout.corner(block);
+            // x, y, r, r of samples 0 and 4, 1 and 5, ...
+            let (low, high) = (
+                columns(s, [c[0][0], c[1][0], c[2][0], c[2][0]]),
+                columns(s, [c[0][1], c[1][1], c[2][1], c[2][1]]),
+            );
+            let mut at = [[0.0; 8]; 8];
+            for i in 0..4 {
+                low[i].store_array(&mut at[i]);
+                high[i].store_array(&mut at[4 + i]);
             }
-            // No point of the face was seen when the tiles were chosen, or there is no direction.
-            _ => out.wild.push((block * BLOCK + i) as u32),
-        }
-    }
-}
-
-#[inline(always)]
-fn add_loose(out: &mut Gathered, tile: u32, world: [f32; 3], slot: usize, at: [f32; 3]) {
-    let sides = Region { lo: at, hi: at }.pack();
-    for (bound, side) in out.regions[tile as usize].iter_mut().zip(sides) {
-        *bound = if side < *bound { side } else { *bound };
-    }
-    out.loose.push(tile, Loose::new(world, slot));
+            let mut left = mask;
+            while left != 0 {
+                let i = left.trailing_zeros() as usize;
+                left &= left - 1;
+                out.loose.ask_for_end(tiles[i / 8][i % 8]);
+            }
+            let mut left = mask;
+            while left != 0 {
+                let i = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let sample = HALF * half + i;
+                let world = pass.positions[pass.layout.index_from(corner, sample)];
+                let at = f32x4::from_slice(s, &at[4 * (i / 8) + i % 4][i % 8 / 4 * 4..][..4]);
+                let tile = tiles[i / 8][i % 8];
+                widen(s, &mut out.regions[tile as usize], s.combine_f32x4(at, -at));
+                out.loose.push(tile, Loose::new(world, block * BLOCK + sample));
+            }
+        },
+    );
 }
 
 /// Face, and x, y, r of a sample; `None` where f32 cannot hold them.
@@ -561,7 +586,7 @@ pub(super) fn direction(p: [f32; 3], light: [f32; 3]) -> Option<(usize, [f32; 3]
 }
 
 /// The numbers of the bits that are set.
-fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
         mask &= mask - 1;
