@@ -59,7 +59,7 @@ pub struct LightTiles {
     gathered: Vec<leaves::Gathered>,
     binned: Vec<bin::Binned>,
     scratch: Vec<work::Scratch>,
-    /// One word a block: samples in shadow.
+    /// One word a block: samples in shadow after the rounds before, if there are several.
     words: Vec<u32>,
     covered: Vec<AtomicBool>,
     wild: Wild,
@@ -267,6 +267,9 @@ impl LightTiles {
     ) {
         let level = simd_level(isa);
         let next = AtomicUsize::new(0);
+        if again {
+            self.merge_words();
+        }
         let pass = work::Pass {
             layout,
             positions,
@@ -287,8 +290,12 @@ impl LightTiles {
             }
             dispatch!(level, s => work::work(s, &pass, scratch));
         });
-        self.words.resize(layout.blocks(), 0);
+    }
+
+    /// Puts together what the workers have found.
+    fn merge_words(&mut self) {
         let (scratch, chunk) = (&self.scratch, 4096);
+        self.words.resize(scratch.first().map_or(0, |s| s.words.len()), 0);
         self.words.par_chunks_mut(chunk).enumerate().for_each(|(i, words)| {
             words.fill(0);
             for worker in scratch {
@@ -310,9 +317,9 @@ impl LightTiles {
         let Wild { rays, slots, positions: at, mask } = &mut self.wild;
         slots.clear();
         slots.extend(self.gathered.iter().flat_map(|w| &w.wild));
-        if slots.is_empty() {
+        let Some(words) = self.scratch.first_mut().map(|s| &mut s.words).filter(|_| !slots.is_empty()) else {
             return Ok(());
-        }
+        };
         at.clear();
         at.extend(slots.iter().map(|&slot| {
             layout.index(slot as usize / BLOCK, slot as usize % BLOCK).map_or([f32::NAN; 3], |i| positions[i])
@@ -322,7 +329,7 @@ impl LightTiles {
         rays.shadow(triangles, Samples::list(at), light, mask)?;
         for (&slot, &m) in slots.iter().zip(mask.iter()) {
             if m == SHADOWED {
-                self.words[slot as usize / BLOCK] |= 1 << (slot as usize % BLOCK);
+                words[slot as usize / BLOCK] |= 1 << (slot as usize % BLOCK);
             }
         }
         Ok(())
@@ -330,10 +337,11 @@ impl LightTiles {
 
     /// Words to bytes: the mask says "lit" or "none" so far, and "none" is all ones.
     fn write(&self, layout: &Layout, mask: &mut [u8]) {
-        let words = &self.words;
+        let workers = &self.scratch;
         mask.par_chunks_mut(layout.row_samples().max(1)).enumerate().for_each(|(row, mask)| {
             for column in 0..layout.columns {
-                let word = words[row * layout.columns + column];
+                let block = row * layout.columns + column;
+                let word = workers.iter().fold(0, |word, worker| word | worker.words[block]);
                 if word != 0 {
                     layout.mark(mask, column, word, SHADOWED);
                 }
@@ -349,7 +357,8 @@ impl LightTiles {
         stats.bytes("leaves", lists(|w| w.leaves.bytes()));
         stats.bytes("loose_samples", lists(|w| w.loose.bytes()));
         stats.bytes("triangle_lists", peak);
-        stats.bytes("words", self.words.len() * 4 * (1 + self.scratch.len()));
+        let words = self.words.len() + self.scratch.iter().map(|w| w.words.len()).sum::<usize>();
+        stats.bytes("words", 4 * words);
         stats.counter("tiles", self.tiles.len() as u64);
         stats.counter("rounds", rounds);
         stats.counter("block_leaves", leaves as u64);
