@@ -112,8 +112,8 @@ pub struct Part {
 }
 
 impl Part {
-    /// Holds nothing: to be overwritten.
-    pub const NOWHERE: Part = Part { lo: [0.0; 4], hi: [0.0; 4], middle: [0.0; 4], half: [0.0; 4] };
+    /// All zero: to be overwritten.
+    pub const ZERO: Part = Part { lo: [0.0; 4], hi: [0.0; 4], middle: [0.0; 4], half: [0.0; 4] };
 
     /// The region that is packed in `sides` ([`Region::pack`]).
     #[inline(always)]
@@ -291,8 +291,8 @@ impl TileBlock {
                 (margin + more).store_array(&mut self.margin[3]);
                 out = out.min((value - det * t.lo[2]) + (reach + more));
                 least = least.min((value - det * t.hi[2]) - (reach + more));
-                let least = bound * PLANE_LEAST;
-                let mag = [mag[3][0].max(least), mag[3][1].max(least), mag[3][2].max(least)];
+                let floor = bound * PLANE_LEAST;
+                let mag = [mag[3][0].max(floor), mag[3][1].max(floor), mag[3][2].max(floor)];
                 store3(scale(mag, kappa * inverse), &mut self.plane_mag);
             } else {
                 margin.store_array(&mut self.margin[k]);

@@ -1,7 +1,7 @@
 //! The triangle pass: each triangle goes to the lists of the tiles whose samples it may block.
 //!
-//! Most triangles are seen small from the light: bounds of their directions, four cells, one to four tiles. Those that span
-//! more descend the tree of nodes with all four tests; a node that a triangle covers is done for good. Triangles that
+//! Most triangles are seen small from the light: bounds of their directions, the cells around them, the tiles of the cells. Those that span
+//! more than some four tiles descend the tree of nodes with all four tests; a node that a triangle covers is done for good. Triangles that
 //! cross from one face of the cube to another descend from the roots of all faces.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};

@@ -14,13 +14,13 @@ use fearless_simd::{Simd, SimdBase, f32x8};
 use super::boxes::Boxes;
 use super::frame::Frame;
 use super::layout::HALF;
-use super::leaves::{Leaf, Loose, load_loose};
+use super::leaves::{LOOSE, LOW, Leaf, Loose, load_loose};
 use super::tuning::{FEW_BLOCKS, GROUP};
-use super::work::{Counts, LOOSE, LOW, Pass, Prepared, is_whole};
+use super::work::{Counts, Pass, Prepared};
 
 /// A triangle and the samples of a leaf of the group for which f32 was not enough.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Open {
+struct Open {
     id: u32,
     leaf: u32,
     plane: u32,
@@ -41,14 +41,14 @@ pub(super) struct Blocks<'a> {
 type Points = [[[f32; HALF]; 2]; 3];
 
 /// Memory that is not worth clearing for each group.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 #[repr(C, align(64))]
 pub(super) struct Memory {
     points: [Points; GROUP],
     /// Leaf and block: three bits each.
-    boxes: [u8; 8 * GROUP + 8],
+    boxes: [u8; 8 * GROUP],
     /// Leaf, block and lane.
-    pairs: [u16; 64 * GROUP + 8],
+    pairs: [u16; 64 * GROUP],
     /// By leaf and block.
     within: [u8; 8 * GROUP],
     open: Vec<Open>,
@@ -58,8 +58,8 @@ impl Default for Memory {
     fn default() -> Memory {
         Memory {
             points: [[[[0.0; HALF]; 2]; 3]; GROUP],
-            boxes: [0; 8 * GROUP + 8],
-            pairs: [0; 64 * GROUP + 8],
+            boxes: [0; 8 * GROUP],
+            pairs: [0; 64 * GROUP],
             within: [0; 8 * GROUP],
             open: Vec::new(),
         }
@@ -80,7 +80,7 @@ pub(super) fn test<S: Simd>(
     counts: &mut Counts,
 ) {
     let Memory { points, boxes, pairs, within, open } = memory;
-    let mut parts = [Part::NOWHERE; GROUP];
+    let mut parts = [Part::ZERO; GROUP];
     // Samples that are not known to be in shadow. Those of half a block are the first sixteen, whichever half it is.
     let mut alive = [0u32; GROUP];
     for (i, leaf) in leaves.iter().enumerate() {
@@ -99,10 +99,9 @@ pub(super) fn test<S: Simd>(
                 blocks.hulls.near(s, first, &parts[i])
             };
             let near = if alive[i] == 0 { 0 } else { near };
-            if let Some(next) = boxes[count..].first_chunk_mut::<8>() {
-                for k in 0..8 {
-                    next[k] = BITS[near as usize][k] as u8 + 8 * i as u8;
-                }
+            let next = &mut boxes[count..][..8];
+            for k in 0..8 {
+                next[k] = BITS[near as usize][k] as u8 + 8 * i as u8;
             }
             count += near.count_ones() as usize;
         }
@@ -122,10 +121,9 @@ pub(super) fn test<S: Simd>(
             }
             within[usize::from(at) % within.len()] = found.within;
             let maybe = found.maybe & lanes;
-            if let Some(next) = pairs[pair_count..].first_chunk_mut::<8>() {
-                for k in 0..8 {
-                    next[k] = BITS[maybe as usize][k] + 8 * u16::from(at);
-                }
+            let next = &mut pairs[pair_count..][..8];
+            for k in 0..8 {
+                next[k] = BITS[maybe as usize][k] + 8 * u16::from(at);
             }
             pair_count += maybe.count_ones() as usize;
         }
@@ -195,11 +193,11 @@ const BITS: [[u16; 8]; 256] = {
 
 #[inline(always)]
 fn load<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose], points: &mut Points) {
-    let (block, mask) = (leaf.block(), leaf.mask());
+    let block = leaf.block();
     let half = if block & LOOSE != 0 {
         let first = (block & !LOOSE) as usize;
         load_loose(s, &loose[first..loose.len().min(first + HALF)])
-    } else if is_whole(mask) {
+    } else if leaf.is_whole() {
         let whole = pass.layout.load(s, pass.positions, block as usize);
         for k in 0..3 {
             for i in 0..2 {
@@ -208,7 +206,7 @@ fn load<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose], points: &m
         }
         return;
     } else {
-        pass.layout.load_half(s, pass.positions, block as usize, usize::from(mask & LOW == 0))
+        pass.layout.load_half(s, pass.positions, block as usize, usize::from(leaf.mask() & LOW == 0))
     };
     for k in 0..3 {
         s.combine_f32x8(half[k][0], half[k][1]).store_array(&mut points[k][0]);

@@ -34,7 +34,8 @@ impl Layout {
     /// Of `len` samples, `width` a row (a last row may be short).
     pub(super) fn new(len: usize, width: usize) -> Layout {
         let width = width.max(1);
-        if width >= len {
+        // A narrow picture would leave half of each block empty, and number more samples than there are.
+        if width >= len || width < 8 {
             let rows = len.div_ceil(BLOCK).div_ceil(LIST_COLUMNS);
             return Layout {
                 width: 8 * LIST_COLUMNS,

@@ -16,7 +16,7 @@ use super::shuffle::{columns, least_of_halves, two};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
 
-/// Numbers that are asked for ahead in each row of the picture: eight blocks.
+/// Numbers that are asked for ahead in each line of a block: eight blocks of a picture.
 const AHEAD: usize = 8 * 24;
 
 /// Samples of one block that the light sees close together: packed bounds ([`Region::pack`]), with the block as number 3, and one
@@ -24,6 +24,12 @@ const AHEAD: usize = 8 * 24;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 pub(super) struct Leaf([u32; 8]);
+
+/// Marks the "block" of a leaf that is samples on their own: the rest is the first of sixteen.
+pub(super) const LOOSE: u32 = 1 << 31;
+
+/// The samples of the left half of a block.
+pub(super) const LOW: u32 = (1 << HALF) - 1;
 
 impl Leaf {
     #[inline(always)]
@@ -49,6 +55,12 @@ impl Leaf {
     #[inline(always)]
     pub(super) fn mask(&self) -> u32 {
         self.0[7]
+    }
+
+    /// Samples of both halves.
+    #[inline(always)]
+    pub(super) fn is_whole(&self) -> bool {
+        self.mask() & LOW != 0 && self.mask() & !LOW != 0
     }
 
     /// With fewer samples.
@@ -208,20 +220,18 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 4]; 3],
         return parts(s, pass, block, &q, out);
     }
     let face = face_of([q[0][0][0], q[1][0][0], q[2][0][0]]);
-    if pass.tiles.grids[face].root != NOTHING {
-        let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let sides = match face / 2 {
-            0 => whole(s, sign, [&q[1], &q[2], &q[0]]),
-            1 => whole(s, sign, [&q[0], &q[2], &q[1]]),
-            _ => whole(s, sign, [&q[0], &q[1], &q[2]]),
-        };
-        if let Some(sides) = sides
-            && shallow(sides, pass.band[face])
-            && let Some(tile) = pass.tiles.home(s, face, sides)
-        {
-            add(s, out, tile, sides, block, u32::MAX);
-            return u32::MAX;
-        }
+    let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let sides = match face / 2 {
+        0 => whole(s, sign, [&q[1], &q[2], &q[0]]),
+        1 => whole(s, sign, [&q[0], &q[2], &q[1]]),
+        _ => whole(s, sign, [&q[0], &q[1], &q[2]]),
+    };
+    if let Some(sides) = sides
+        && shallow(sides, pass.band[face])
+        && let Some(tile) = pass.tiles.home(s, face, sides)
+    {
+        add(s, out, tile, sides, block, u32::MAX);
+        return u32::MAX;
     }
     parts(s, pass, block, &q, out)
 }
@@ -314,11 +324,10 @@ fn part_half<S: Simd>(
         let turned = Frame::of(face).turn_all(*q);
         let [u, v, w] = turned;
         let here = left & both([inside(u[0], v[0], w[0]), inside(u[1], v[1], w[1])]);
-        if here == 0 || pass.tiles.grids[face].root == NOTHING {
-            // The first has no direction, or no point of the face was seen when the tiles were chosen.
-            let wild = if here == 0 { 1 << i } else { here };
-            out.wild.extend(bits(wild).map(|i| (block * BLOCK + HALF * half + i) as u32));
-            left &= !wild;
+        if here == 0 {
+            // The first has no direction.
+            out.wild.push((block * BLOCK + HALF * half + i) as u32);
+            left &= left - 1;
             continue;
         }
         part_face(s, pass, block, half, here, face, turned, out);
@@ -583,13 +592,4 @@ pub(super) fn direction(p: [f32; 3], light: [f32; 3]) -> Option<(usize, [f32; 3]
     }
     let r = 1.0 / w;
     Some((face, [u * r, v * r, r]))
-}
-
-/// The numbers of the bits that are set.
-fn bits(mut mask: u16) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
-        mask &= mask - 1;
-        Some(bit)
-    })
 }

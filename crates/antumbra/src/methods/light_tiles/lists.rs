@@ -23,7 +23,7 @@ struct Chunk<T> {
 #[derive(Clone, Copy, Debug)]
 struct Tail {
     chunk: u32,
-    /// Items of the chunk, and [`FULL`] times the chunks before.
+    /// Items of the chunk, and [`FULL`] times the chunks of the list.
     count: u32,
 }
 
@@ -65,11 +65,11 @@ impl<T: Copy + Default> Lists<T> {
             let mut items = [T::default(); ITEMS];
             items[0] = item;
             let chunk = self.chunks.len() as u32;
-            let before = tail.count / FULL + 1;
-            let recent = &mut self.recent[list as usize][before as usize % AHEAD];
+            let chunks = tail.count / FULL + 1;
+            let recent = &mut self.recent[list as usize][chunks as usize % AHEAD];
             let (next, far) = (tail.chunk, *recent);
             *recent = chunk;
-            *tail = Tail { chunk, count: before * FULL + 1 };
+            *tail = Tail { chunk, count: chunks * FULL + 1 };
             self.chunks.push(Chunk { next, far, items });
         }
     }

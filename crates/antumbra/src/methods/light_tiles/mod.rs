@@ -6,7 +6,8 @@
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 samples each, fewer where samples are few.
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
-//! 4. [`work`]: a tile's triangles are prepared once; [`group`]: and tested against groups of leaves, leaves, and samples.
+//! 4. [`work`]: a tile's triangles are prepared once, and its leaves gathered in groups.
+//! 5. [`group`]: a group's leaves, then their samples, are tested against the triangles.
 //!
 //! All culling is interval arithmetic with the bounds of `antumbra_predicates::tile`; samples are decided by the shared
 //! leaf test, f64 and exact arithmetic.
@@ -269,6 +270,8 @@ impl LightTiles {
         let next = AtomicUsize::new(0);
         if again {
             self.merge_words();
+        } else {
+            self.words.clear();
         }
         let pass = work::Pass {
             layout,
@@ -317,9 +320,10 @@ impl LightTiles {
         let Wild { rays, slots, positions: at, mask } = &mut self.wild;
         slots.clear();
         slots.extend(self.gathered.iter().flat_map(|w| &w.wild));
-        let Some(words) = self.scratch.first_mut().map(|s| &mut s.words).filter(|_| !slots.is_empty()) else {
+        if slots.is_empty() {
             return Ok(());
-        };
+        }
+        let words = &mut self.scratch[0].words;
         at.clear();
         at.extend(slots.iter().map(|&slot| {
             layout.index(slot as usize / BLOCK, slot as usize % BLOCK).map_or([f32::NAN; 3], |i| positions[i])

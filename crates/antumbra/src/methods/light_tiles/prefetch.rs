@@ -1,6 +1,6 @@
 //! Asks memory for what is needed soon.
 //!
-//! The tile pass reads samples and triangles in the order of tiles, which is no order in memory: a profile showed an eighth of
+//! The tile pass reads samples, triangles and lists in the order of tiles, which is no order in memory: a profile showed an eighth of
 //! its time at the first touch of each sample. The compiler has no safe way to say "soon".
 #![allow(unsafe_code, reason = "prefetching takes a pointer; it reads nothing and cannot fault")]
 

@@ -70,9 +70,64 @@ fn a_second_frame_allocates_nothing_new() {
     for _ in 0..3 {
         method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
         assert!(mask == expected);
-        room.push((method.points.capacity(), method.words.capacity(), method.covered.capacity()));
+        let words: usize = method.scratch.iter().map(|w| w.words.capacity()).sum();
+        assert!(words >= 96 * 64 / 32);
+        room.push((method.points.capacity(), words, method.covered.capacity()));
     }
     assert_eq!(room[1], room[2]);
+}
+
+#[test]
+fn lists_of_any_length_one_after_the_other() {
+    let (triangles, positions, light, expected) = case("room", [72, 60]);
+    for capacity in [1, 1 << 20] {
+        let mut method = LightTiles::with_capacity(&Options::default(), capacity);
+        for len in [4097, 1, 33, 4095, 8, 32, 4096, 31, 63, 4320] {
+            let mut mask = vec![7; len];
+            let samples = Samples::list(&positions[..len]);
+            method.shadow(&triangles, samples, light, &mut mask).unwrap();
+            assert!(mask == expected[..len], "{len} samples, room for {capacity} entries");
+        }
+        // A picture after lists, and in fewer rounds or more than the frame before.
+        let mut mask = vec![7; expected.len()];
+        method.shadow(&triangles[..16], Samples::image(&positions, 72), light, &mut mask).unwrap();
+        assert!(mask == oracle(&triangles[..16], &positions, light));
+        method.shadow(&triangles, Samples::image(&positions, 72), light, &mut mask).unwrap();
+        assert!(mask == expected);
+    }
+}
+
+#[test]
+fn leaves_may_stick_out_of_their_tiles() {
+    // Few triangles: leaves stick out by two cells. Slivers across the borders of tiles, and small ones on them.
+    let light = [0.3, 4.0, 0.2];
+    let positions: Vec<_> =
+        (0..192 * 144).map(|i| [(i % 192) as f32 * 0.05 - 4.8, 0.0, (i / 192) as f32 * 0.05 - 3.6]).collect();
+    let mut triangles = Vec::new();
+    for k in 0..40 {
+        let x = k as f32 * 0.19 - 3.7;
+        triangles.push([[x, 0.5, -3.0], [x + 0.02, 0.5, -3.0], [0.5 * x, 0.7, 3.0]]);
+        triangles.push([[x, 1.0, 0.4 * x], [x + 0.03, 1.0, 0.4 * x], [x, 1.0, 0.4 * x + 0.03]]);
+    }
+    assert!(triangles.len() <= positions.len() / WIDE);
+    let expected = oracle(&triangles, &positions, light);
+    let shadowed = expected.iter().filter(|m| **m == SHADOWED).count();
+    assert!(shadowed > 1000 && shadowed < 20_000, "{shadowed}");
+    let mut method = LightTiles::new(&Options::default());
+    let mut mask = vec![7; positions.len()];
+    method.shadow(&triangles, Samples::image(&positions, 192), light, &mut mask).unwrap();
+    assert!(mask == expected);
+    // Of tiles of the face's own grid that have samples.
+    let out = |tile: usize| {
+        let (grid, region) =
+            (&method.tiles.grids[usize::from(method.tiles.face[tile])], &method.tiles.region[tile]);
+        let [x0, x1, y0, _] = method.tiles.cells[tile].map(u32::from);
+        let (left, right) = (grid.fit.cell(0, region.lo[0]), grid.fit.cell(0, region.hi[0]));
+        let has_samples = region.lo[0] <= region.hi[0];
+        let is_own = has_samples && x0.max(y0) < 1 << grid.levels && grid.at(x0, y0) == tile as u32;
+        if is_own { x0.saturating_sub(left).max(right.saturating_sub(x1)) } else { 0 }
+    };
+    assert_eq!((0..method.tiles.len()).map(out).max(), Some(2), "cells that leaves stick out");
 }
 
 #[test]

@@ -19,8 +19,8 @@ pub(super) const CROWDED: u32 = 4;
 /// unevenly; two more are sixteen times the cells to clear and to sum in every frame.
 pub(super) const LEVELS: u32 = 8;
 
-/// Levels more than an even spread of samples would need: of a face's grid, which triangles and leaves look up with a margin of one
-/// cell, and of the grid of a crowded cell, where only samples are looked up. The smaller one stays in the first cache.
+/// Levels more than an even spread of samples would need: of a face's grid, which triangles and leaves look up with a margin of a
+/// cell or two, and of the grid of a crowded cell, where only samples are looked up. The smaller one stays in the first cache.
 pub(super) const SPARE: u32 = 4;
 pub(super) const SPARE_CROWDED: u32 = 2;
 

@@ -12,7 +12,7 @@ use super::frame::Frame;
 use super::grid::Tiles;
 use super::group::{Blocks, Memory, test};
 use super::layout::{HALF, Layout};
-use super::leaves::{Gathered, Leaf, Loose, bounds_of, load_loose};
+use super::leaves::{Gathered, LOOSE, LOW, Leaf, Loose, bounds_of, load_loose};
 use super::order::{LeafPlace, counting_sort, entry_keys};
 use super::prefetch::prefetch;
 use super::shuffle::corners;
@@ -63,7 +63,7 @@ pub(super) struct Counts {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) counts: Counts,
-    /// One word a block: samples that this worker has found in shadow. A word for all would have to be changed under a lock.
+    /// One word a block: samples that this worker has found in shadow. Words for all would have to be changed by atomic instructions, which wait for one another.
     pub(super) words: Vec<u32>,
     entries: Vec<Entry>,
     entry_keys: Vec<u32>,
@@ -93,17 +93,6 @@ pub(super) struct Prepared {
     pub(super) ids: [u32; 8],
     live: u8,
 }
-
-/// Samples of both halves.
-#[inline(always)]
-pub(super) fn is_whole(mask: u32) -> bool {
-    mask & LOW != 0 && mask & !LOW != 0
-}
-
-pub(super) const LOOSE: u32 = 1 << 31;
-
-/// The samples of the left half of a block.
-pub(super) const LOW: u32 = (1 << HALF) - 1;
 
 /// Blocks of triangles that are asked for before they are prepared.
 const AHEAD: usize = 3;
@@ -152,6 +141,9 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         #[inline(always)]
         || collect(s, pass, tile, sort, scratch),
     );
+    if scratch.leaves.is_empty() {
+        return;
+    }
     ask_for(pass, scratch.leaves.iter().take(GROUP));
     scratch.counts.leaves += scratch.leaves.len() as u64;
     if apart(
@@ -243,18 +235,20 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
                 ask_for(pass, of_worker.iter());
             }
             for leaf in of_worker {
-                let (block, mut mask) = (leaf.block(), leaf.mask());
-                if pass.again {
-                    mask &= !pass.words[block as usize];
-                }
-                if dense && is_whole(mask) {
+                let block = leaf.block();
+                let leaf = if pass.again {
+                    leaf.with_mask(leaf.mask() & !pass.words[block as usize])
+                } else {
+                    *leaf
+                };
+                if dense && leaf.is_whole() {
                     for half in 0..2 {
                         let p = pass.layout.load_half(s, pass.positions, block as usize, half);
                         let sides = bounds_of(s, face, pass.light, &p);
-                        mixed_leaves.push(Leaf::new(sides, block, mask & (LOW << (HALF * half))));
+                        mixed_leaves.push(Leaf::new(sides, block, leaf.mask() & (LOW << (HALF * half))));
                     }
-                } else if mask != 0 {
-                    mixed_leaves.push(leaf.with_mask(mask));
+                } else if leaf.mask() != 0 {
+                    mixed_leaves.push(leaf);
                 }
             }
         });
