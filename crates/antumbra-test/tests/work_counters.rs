@@ -57,11 +57,11 @@ const ROWS: &[Row] = &[
         alone: &[
             ("descents", 10_106),
             ("node_visits", 9_079),
-            ("list_entries", 36_698),
+            ("list_entries", 14_601),
             ("prepared", 36_698),
-            ("group_tests", 15_157),
-            ("leaf_box_tests", 32_025),
-            ("pairs", 57_904),
+            ("group_tests", 14_704),
+            ("leaf_box_tests", 31_065),
+            ("pairs", 57_254),
         ],
     },
     Row {
@@ -75,7 +75,7 @@ const ROWS: &[Row] = &[
             ("prepared", 30_378),
             ("group_tests", 11_412),
             ("leaf_box_tests", 28_704),
-            ("pairs", 57_433),
+            ("pairs", 59_229),
         ],
     },
 ];

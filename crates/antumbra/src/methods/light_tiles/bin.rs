@@ -16,7 +16,7 @@ use super::frame::FACES;
 use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
 use super::shuffle::corners;
-use super::tuning::{FEW_CELLS, TRIANGLES};
+use super::tuning::{FEW_CELLS, LEAST_EIGHT, TRIANGLES};
 
 /// What all workers share.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub(super) struct Pass<'a> {
     pub(super) capacity: usize,
 }
 
-/// A triangle in the list of a tile.
+/// A triangle in the list of a tile, or several of eight that follow one another ([`Entry::eight`]).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
     pub(super) id: u32,
@@ -40,18 +40,33 @@ pub(super) struct Entry {
     pub(super) at: u32,
 }
 
+/// Marks the number of the first of eight triangles.
+const EIGHT: u32 = 1 << 31;
+
 impl Entry {
     /// A triangle that spans tiles.
     pub(super) fn large(id: u32) -> Entry {
         Entry { id, at: LARGE }
+    }
+
+    /// Of the eight triangles from `first` on, those whose bits are set.
+    fn eight(first: usize, lanes: u32) -> Entry {
+        Entry { id: first as u32 | EIGHT, at: lanes }
+    }
+
+    /// First triangle and bits, if these are several.
+    #[inline(always)]
+    pub(super) fn as_eight(&self) -> Option<(u32, u8)> {
+        (self.id & EIGHT != 0).then_some((self.id & !EIGHT, self.at as u8))
     }
 }
 
 /// No place: seen all over the tile.
 pub(super) const LARGE: u32 = u32::MAX;
 
-/// What a worker leaves behind.
+/// What a worker leaves behind. Cache lines come in pairs, and no two workers should write to one.
 #[derive(Debug, Default)]
+#[repr(align(128))]
 pub(super) struct Binned {
     /// Triangles by tile.
     pub(super) ids: Lists<Entry>,
@@ -243,6 +258,7 @@ fn together<S: Simd>(
     if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || grid.crowded([x0, x1, y0, y1]) {
         return None;
     }
+    let complete = pass.triangles.len() - first >= 8;
     let mut found = 0;
     each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
         let region = &tiles.region[tile as usize];
@@ -256,6 +272,10 @@ fn together<S: Simd>(
             return;
         }
         found |= near;
+        if complete && near.count_ones() >= LEAST_EIGHT {
+            out.ids.push(tile, Entry::eight(first, near));
+            return;
+        }
         while near != 0 {
             let i = near.trailing_zeros() as usize;
             near &= near - 1;

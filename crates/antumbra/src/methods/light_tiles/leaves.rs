@@ -111,8 +111,9 @@ fn points<S: Simd>(s: S, rows: &[[f32; 4]; 8]) -> [f32x8<S>; 3] {
     [x, y, z]
 }
 
-/// What a worker leaves behind.
+/// What a worker leaves behind. Cache lines come in pairs, and no two workers should write to one.
 #[derive(Debug, Default)]
+#[repr(align(128))]
 pub(super) struct Gathered {
     /// Leaves by tile.
     pub(super) leaves: Lists<Leaf>,

@@ -84,7 +84,7 @@ impl LightTiles {
         LightTiles::with_capacity(options, CAPACITY)
     }
 
-    /// With room for about `entries` list entries (pairs of triangle and tile, 8 bytes each); what does not fit is done in rounds.
+    /// With room for about `entries` list entries (a triangle, or several of eight that follow one another, in a tile; 8 bytes each); what does not fit is done in rounds.
     pub fn with_capacity(options: &Options, entries: usize) -> LightTiles {
         LightTiles {
             isa: options.isa,

@@ -131,6 +131,36 @@ fn leaves_may_stick_out_of_their_tiles() {
 }
 
 #[test]
+fn neighbours_share_an_entry() {
+    // A fine net over a floor, in the order of a mesh: some triangles missing, some without extent, and no whole number of eights.
+    let light = [0.2, 5.0, -0.3];
+    let positions: Vec<_> =
+        (0..96 * 64).map(|i| [(i % 96) as f32 * 0.1 - 4.8, 0.0, (i / 96) as f32 * 0.1 - 3.2]).collect();
+    let corner = |x: usize, z: usize| {
+        [x as f32 * 0.031 - 1.0, 2.0 + 0.1 * ((x * z % 7) as f32), z as f32 * 0.05 - 1.0]
+    };
+    let mut triangles = Vec::new();
+    for (z, x) in (0..40).flat_map(|z| (0..65).map(move |x| (z, x))) {
+        let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x, z + 1), corner(x + 1, z + 1)];
+        if (x + z) % 5 != 0 {
+            triangles.push([a, b, c]);
+        }
+        triangles.push(if x % 11 == 3 { [b, b, c] } else { [b, d, c] });
+    }
+    triangles.truncate(triangles.len() - (triangles.len() + 5) % 8);
+    assert_eq!(triangles.len() % 8, 3);
+    let expected = oracle(&triangles, &positions, light);
+    for capacity in [1, CAPACITY] {
+        let mut method = LightTiles::with_capacity(&Options::default(), capacity);
+        let mut mask = vec![7; positions.len()];
+        let stats = method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
+        assert!(mask == expected);
+        let [entries, prepared] = ["list_entries", "prepared"].map(|name| counter(&stats, name));
+        assert!(entries > 0 && 2 * entries < prepared, "{entries} entries, {prepared} triangles");
+    }
+}
+
+#[test]
 fn clumps_get_grids_of_their_own() {
     // Two clumps of 40,000 samples, 1e-4 rad wide as the light sees them, and a fence of slivers across each.
     let light = [0.0, 10.0, 0.0];

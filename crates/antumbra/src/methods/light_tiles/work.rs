@@ -59,13 +59,16 @@ pub(super) struct Counts {
     pub(super) plane_f64: u64,
 }
 
-/// A worker's scratch memory.
+/// A worker's scratch memory. Cache lines come in pairs, and no two workers should write to one.
 #[derive(Debug, Default)]
+#[repr(align(128))]
 pub(super) struct Scratch {
     pub(super) counts: Counts,
     /// One word a block: samples that this worker has found in shadow. Words for all would have to be changed by atomic instructions, which wait for one another.
     pub(super) words: Vec<u32>,
+    /// Triangles of the tile's list: those on their own, and several of eight that follow one another ([`Entry::as_eight`]).
     entries: Vec<Entry>,
+    eights: Vec<(u32, u8)>,
     entry_keys: Vec<u32>,
     ids: Vec<u32>,
     /// The first `used` are those of the tile.
@@ -84,6 +87,13 @@ pub(super) struct Scratch {
     keys: Vec<u32>,
     live: Vec<(u32, u8)>,
     memory: Box<Memory>,
+}
+
+impl Scratch {
+    /// Triangles in the list of the tile, at most.
+    fn triangles(&self) -> usize {
+        self.entries.len() + 8 * self.eights.len()
+    }
 }
 
 /// Eight triangles of the tile.
@@ -127,14 +137,22 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         return;
     }
     scratch.entries.clear();
+    scratch.eights.clear();
     for worker in pass.binned {
-        worker.ids.each(tile, |entries| scratch.entries.extend_from_slice(entries));
+        worker.ids.each(tile, |entries| {
+            for entry in entries {
+                match entry.as_eight() {
+                    Some(eight) => scratch.eights.push(eight),
+                    None => scratch.entries.push(*entry),
+                }
+            }
+        });
     }
-    if scratch.entries.is_empty() {
+    if scratch.triangles() == 0 {
         return;
     }
     // Nearly all triangles of the list will be kept.
-    let sort = scratch.entries.len() > 8 * FEW_BLOCKS;
+    let sort = scratch.triangles() > 8 * FEW_BLOCKS;
     // Functions of their own: compilers take far more than twice the time for twice the length.
     apart(
         s,
@@ -214,7 +232,8 @@ fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Leaf>) {
 /// The leaves of a tile whose samples are not all in shadow yet; near ones together, if they are to be sorted.
 #[inline(always)]
 fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mut Scratch) {
-    let Scratch { entries, leaves, loose, mixed_leaves, mixed_loose, keys, .. } = scratch;
+    let triangles = scratch.triangles();
+    let Scratch { leaves, loose, mixed_leaves, mixed_loose, keys, .. } = scratch;
     leaves.clear();
     mixed_leaves.clear();
     mixed_loose.clear();
@@ -224,7 +243,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     for worker in pass.gathered {
         worker.leaves.each(tile, |leaves| blocks += leaves.len());
     }
-    let dense = sort && entries.len() > DENSE * blocks;
+    let dense = sort && triangles > DENSE * blocks;
     for worker in pass.gathered {
         worker.leaves.each(tile, |of_worker| {
             if !dense && !pass.again {
@@ -290,12 +309,47 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     }
 }
 
-/// A triangle will be needed soon. More than half of them lie in two cache lines.
-#[inline(always)]
-fn ask_for_triangle(pass: &Pass<'_>, id: u32) {
-    let numbers = pass.triangles.as_flattened().as_flattened();
-    prefetch(numbers, 9 * id as usize);
-    prefetch(numbers, 9 * id as usize + 8);
+/// The list's triangles, eight by eight.
+#[derive(Clone, Copy, Debug)]
+struct Eights<'a> {
+    /// Of single ones, `count` in all, up to whole eights.
+    ids: &'a [[u32; 8]],
+    count: usize,
+    more: &'a [(u32, u8)],
+}
+
+impl Eights<'_> {
+    fn len(&self) -> usize {
+        self.ids.len() + self.more.len()
+    }
+
+    /// Eight triangles, and which of them count.
+    #[inline(always)]
+    fn get(&self, i: usize) -> ([u32; 8], u8) {
+        if let Some(ids) = self.ids.get(i) {
+            let there = (self.count - 8 * i).min(8);
+            return (*ids, (0xffu32 >> (8 - there)) as u8);
+        }
+        let (first, lanes) = self.more[i - self.ids.len()];
+        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes)
+    }
+
+    /// The triangles will be needed soon.
+    #[inline(always)]
+    fn ask_for(&self, pass: &Pass<'_>, i: usize) {
+        let numbers = pass.triangles.as_flattened().as_flattened();
+        if let Some(ids) = self.ids.get(i) {
+            for &id in ids {
+                // More than half of them lie in two cache lines.
+                prefetch(numbers, 9 * id as usize);
+                prefetch(numbers, 9 * id as usize + 8);
+            }
+        } else if let Some((first, _)) = self.more.get(i - self.ids.len()) {
+            for line in 0..5 {
+                prefetch(numbers, 9 * *first as usize + 16 * line);
+            }
+        }
+    }
 }
 
 /// Prepares the triangles of the list. True if one covers the tile.
@@ -304,32 +358,29 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
     let frame = Frame::of(pass.tiles.face[tile] as usize);
     let light = frame.turn(pass.light);
     let prepared_for = Tile::new(light, pass.tiles.region[tile]);
-    let Scratch { entries, entry_keys: keys, ids, blocks, used, hulls, counts, .. } = scratch;
+    let Scratch { entries, eights, entry_keys: keys, ids, blocks, used, hulls, counts, .. } = scratch;
     *used = 0;
     hulls.clear();
     entry_keys(s, pass.tiles, tile, entries, keys);
     counting_sort::<_, _, 128>(entries, ids, |i| keys[i], |e| e.id);
     let Frame { axis, sign } = frame;
-    // Up to whole blocks: the first once more.
+    // Up to whole blocks: the last once more.
     let count = ids.len();
-    ids.resize(count.next_multiple_of(8), ids[0]);
-    let eights = ids.as_chunks::<8>().0;
-    for &id in ids.iter().take(8 * AHEAD) {
-        ask_for_triangle(pass, id);
+    ids.resize(count.next_multiple_of(8), ids.last().copied().unwrap_or(0));
+    let eights = Eights { ids: ids.as_chunks().0, count, more: eights };
+    for i in 0..AHEAD {
+        eights.ask_for(pass, i);
     }
-    for (i, eight) in eights.iter().enumerate() {
-        for &id in eights.get(i + AHEAD).into_iter().flatten() {
-            ask_for_triangle(pass, id);
-        }
-        let [a, b, c, d, e, f, g, h] = *eight;
+    for i in 0..eights.len() {
+        eights.ask_for(pass, i + AHEAD);
+        let (eight, live) = eights.get(i);
+        let [a, b, c, d, e, f, g, h] = eight;
         let at = |id: u32| &pass.triangles[id as usize];
         let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
         for corner in &mut corner {
             *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
         }
-        let there = (count - 8 * i).min(8);
-        let live = (0xffu32 >> (8 - there)) as u8;
-        counts.prepared += there as u64;
+        counts.prepared += u64::from(live.count_ones());
         // Blocks are used again and again: filling them with zeros each time would cost as much as preparing them.
         if blocks.len() == *used {
             blocks.push(Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 });
@@ -353,7 +404,7 @@ fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -
         *used += 1;
         counts.kept += u64::from(live.count_ones());
         prepared.live = live;
-        prepared.ids = *eight;
+        prepared.ids = eight;
         hulls.push(prepared.block.hull(s, live));
         if verdict.covers & live != 0 {
             return true;
