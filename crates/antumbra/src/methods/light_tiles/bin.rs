@@ -15,6 +15,7 @@ use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
 use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
+use super::prefetch::prefetch;
 use super::shuffle::corners;
 use super::tuning::{FEW_CELLS, LEAST_EIGHT, TRIANGLES};
 
@@ -93,6 +94,8 @@ pub(super) struct Counts {
     pub(super) node_accept: u64,
 }
 
+const AHEAD: usize = 8;
+
 /// Triangles until none is left, or the lists are full. What was left the last time comes first.
 #[inline(always)]
 pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
@@ -109,6 +112,10 @@ pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
                 return;
             }
             let end = out.left.end.min(out.left.start + 8);
+            let numbers = pass.triangles.as_flattened().as_flattened();
+            for line in 0..5 {
+                prefetch(numbers, 9 * (out.left.start + 8 * AHEAD) + 16 * line);
+            }
             eight(s, pass, out.left.start, end - out.left.start, out);
             out.left.start = end;
         }

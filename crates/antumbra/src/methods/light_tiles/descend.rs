@@ -140,7 +140,11 @@ pub(super) struct Target<'a> {
 impl Target<'_> {
     fn cover(&mut self, entry: u32) {
         if entry & NODE == 0 {
-            self.covered[entry as usize].store(true, Relaxed);
+            // Writing would take the cache line away from all others.
+            let covered = &self.covered[entry as usize];
+            if !covered.load(Relaxed) {
+                covered.store(true, Relaxed);
+            }
             return;
         }
         let node = &self.tiles.nodes[(entry & !NODE) as usize];
