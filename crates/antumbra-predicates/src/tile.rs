@@ -133,8 +133,8 @@ impl Part {
 pub struct TileBlock {
     /// Bounds of the triangle as seen from the light: least x, largest x, least y, largest y, largest r.
     bounds: [[f32; 8]; 5],
-    /// First corner, world coordinates in the face's frame.
-    a: [[f32; 8]; 3],
+    /// Corners, world coordinates in the face's frame.
+    corners: [[[f32; 8]; 3]; 3],
     /// Normals of the tests ab, bc, ca, plane, oriented and each divided by its bound.
     m: [[[f32; 8]; 3]; 4],
     /// `det[A, B, C]` in units of test bc, and of the plane test.
@@ -189,7 +189,7 @@ fn sixteen<S: Simd>(mask: mask32x16<S>) -> u32 {
     mask.to_bitmask() as u32
 }
 
-/// A tile, as [`TileBlock::prepare`] needs it.
+/// A tile, as [`TileBlock::look`] and [`TileBlock::prepare`] need it.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
     light: [f32; 3],
@@ -207,34 +207,53 @@ impl Tile {
 }
 
 impl TileBlock {
-    /// All zero: to be filled by [`TileBlock::prepare`].
+    /// All zero: to be filled by [`TileBlock::look`] and [`TileBlock::prepare`].
     pub const ZERO: TileBlock = TileBlock {
         bounds: [[0.0; 8]; 5],
-        a: [[0.0; 8]; 3],
+        corners: [[[0.0; 8]; 3]; 3],
         m: [[[0.0; 8]; 3]; 4],
         det: [[0.0; 8]; 2],
         margin: [[0.0; 8]; 4],
         plane_mag: [[0.0; 8]; 3],
     };
 
-    /// Prepares eight triangles, `raw[corner][axis]` in the face's frame; `live` says which lanes hold triangles. A
-    /// triangle that is not in `maybe` blocks no sample of the tile.
+    /// Takes eight triangles, `raw[corner][axis]` in the face's frame, and bounds what the light sees of them; `live` says which
+    /// lanes hold triangles. Returns those that may block some sample of the tile, by their bounds alone.
     #[inline(always)]
-    pub fn prepare<S: Simd>(&mut self, s: S, raw: [[f32x8<S>; 3]; 3], live: u8, tile: &Tile) -> TileVerdict {
+    pub fn look<S: Simd>(&mut self, s: S, raw: [[f32x8<S>; 3]; 3], live: u8, tile: &Tile) -> u8 {
         let l = splat3(s, tile.light);
         let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
-        // First by bounds alone: what goes no further costs no more.
-        let [x_lo, x_hi, y_lo, y_hi, r_hi] = seen_bounds(s, &rel);
+        let far = max3(abs(rel[0])).max(max3(abs(rel[1]))).max(max3(abs(rel[2])));
+        let tame = far.simd_le(LIMIT);
+        let bounds = seen_bounds(s, &rel);
+        let infinity = f32x8::splat(s, f32::INFINITY);
+        let open = [-infinity, infinity, -infinity, infinity, infinity];
+        let mut seen = open;
+        for k in 0..5 {
+            seen[k] = tame.select(bounds[k], open[k]);
+            seen[k].store_array(&mut self.bounds[k]);
+            if k < 3 {
+                store3(raw[k], &mut self.corners[k]);
+            }
+        }
+        let [x_lo, x_hi, y_lo, y_hi, r_hi] = seen;
         let t = &tile.region;
         let near = x_lo.simd_le(t.hi[0])
             & x_hi.simd_ge(t.lo[0])
             & y_lo.simd_le(t.hi[1])
             & y_hi.simd_ge(t.lo[1])
             & r_hi.simd_ge(t.lo[2]);
-        let live = live & bits(near);
-        if live == 0 {
-            return TileVerdict::default();
-        }
+        live & bits(near)
+    }
+
+    /// Prepares the triangles that [`TileBlock::look`] has taken, for the same tile; `live` says which count. A triangle that is not in
+    /// `maybe` blocks no sample of the tile.
+    #[inline(always)]
+    pub fn prepare<S: Simd>(&mut self, s: S, live: u8, tile: &Tile) -> TileVerdict {
+        let l = splat3(s, tile.light);
+        let raw = [load3(s, &self.corners[0]), load3(s, &self.corners[1]), load3(s, &self.corners[2])];
+        let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
+        let t = &tile.region;
         let tiny = f32x8::splat(s, TINY);
         let kappa = f32x8::splat(s, KAPPA);
         let one = f32x8::splat(s, 1.0);
@@ -302,13 +321,6 @@ impl TileBlock {
             store3(scaled, &mut self.m[k]);
         }
         let open = live & !faces;
-        store3(raw[0], &mut self.a);
-        let infinity = f32x8::splat(s, f32::INFINITY);
-        tame.select(x_lo, -infinity).store_array(&mut self.bounds[0]);
-        tame.select(x_hi, infinity).store_array(&mut self.bounds[1]);
-        tame.select(y_lo, -infinity).store_array(&mut self.bounds[2]);
-        tame.select(y_hi, infinity).store_array(&mut self.bounds[3]);
-        tame.select(r_hi, infinity).store_array(&mut self.bounds[4]);
         let maybe = (live & !bits(out.simd_lt(0.0))) | open;
         TileVerdict { maybe, covers: maybe & !open & bits(least.simd_gt(0.0)), edge_on: open }
     }
@@ -391,7 +403,7 @@ impl TileBlock {
     ) -> Tested {
         let zero = f32x16::splat(s, 0.0);
         let mut q = [[zero; 3]; V];
-        let a = [self.a[0][lane], self.a[1][lane], self.a[2][lane]];
+        let a = [self.corners[0][0][lane], self.corners[0][1][lane], self.corners[0][2][lane]];
         for i in 0..V {
             // The product is exact: the same difference as in the frame.
             let [u, v, w] = [

@@ -61,7 +61,8 @@ fn prepare_at(level: Level, corner: &[[[f32; 8]; 3]; 3], live: u8, tile: &Tile) 
             f32x8::load_array_ref(s, &c[1]),
             f32x8::load_array_ref(s, &c[2]),
         ];
-        block.prepare(s, [load(&corner[0]), load(&corner[1]), load(&corner[2])], live, tile)
+        let live = block.look(s, [load(&corner[0]), load(&corner[1]), load(&corner[2])], live, tile);
+        block.prepare(s, live, tile)
     });
     (verdict, block)
 }

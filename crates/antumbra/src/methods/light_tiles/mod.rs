@@ -6,8 +6,8 @@
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 samples each, fewer where samples are few.
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
-//! 4. [`work`]: a tile's triangles are prepared once, and its leaves gathered in groups.
-//! 5. [`group`]: a group's leaves, then their samples, are tested against the triangles.
+//! 4. [`work`]: tile by tile, [`chunk`]: eight blocks of eight of a tile's triangles at a time,
+//! 5. [`pairs`]: leaves are tested against the blocks, then their triangles, then sample by sample.
 //!
 //! All culling is interval arithmetic with the bounds of `antumbra_predicates::tile`; samples are decided by the shared
 //! leaf test, f64 and exact arithmetic.
@@ -16,15 +16,16 @@
 
 mod bin;
 mod boxes;
+mod chunk;
 mod debug;
 mod descend;
 mod frame;
 mod grid;
-mod group;
 mod layout;
 mod leaves;
 mod lists;
 mod order;
+mod pairs;
 mod prefetch;
 mod shuffle;
 #[cfg(test)]
@@ -380,7 +381,6 @@ impl LightTiles {
         stats.counter("prepared", sum(|c| c.prepared));
         stats.counter("kept", sum(|c| c.kept));
         stats.counter("leaves", sum(|c| c.leaves));
-        stats.counter("group_tests", sum(|c| c.group_tests));
         stats.counter("leaf_box_tests", sum(|c| c.leaf_box_tests));
         stats.counter("pairs", sum(|c| c.pairs));
         stats.counter("plane_f64", sum(|c| c.plane_f64));

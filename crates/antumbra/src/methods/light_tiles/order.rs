@@ -6,7 +6,7 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 use super::bin::{Entry, LARGE};
 use super::grid::{MAGIC, PLACES, Tiles};
 use super::layout::HALF;
-use super::leaves::{Leaf, directions};
+use super::leaves::directions;
 
 /// Keys of samples and leaves within a tile. Depth first: what mixes near and far is tested most.
 #[derive(Clone, Copy, Debug)]
@@ -20,18 +20,6 @@ impl LeafPlace {
     pub(super) fn new(region: &Region) -> LeafPlace {
         let scale = [0, 1, 2].map(|k| 1.0 / (region.hi[k] - region.lo[k]).max(f32::MIN_POSITIVE));
         LeafPlace { lo: region.lo, scale }
-    }
-
-    /// Two bits each of r, y, x of the least sides of a leaf.
-    #[inline(always)]
-    pub(super) fn leaf<S: Simd>(&self, s: S, leaf: &Leaf) -> u32 {
-        let ([lx, ly, lr], [sx, sy, sr]) = (self.lo, self.scale);
-        let steps = 3.0;
-        let at = leaf.sides(s) - f32x8::load_array(s, [lx, ly, lr, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let scale = [sx * steps, sy * steps, sr * steps, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let whole: u32x8<S> = (at * f32x8::load_array(s, scale) + MAGIC).bitcast();
-        let [x, y, r, ..] = whole.to_array();
-        (r & 3) << 4 | (y & 3) << 2 | x & 3
     }
 
     #[inline(always)]

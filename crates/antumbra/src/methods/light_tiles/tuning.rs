@@ -43,12 +43,14 @@ pub(super) const BLOCK_LEAVES: u32 = 3;
 /// rooms and crowds some hundredths more.
 pub(super) const LEAST_PART: u32 = 2;
 
-/// Leaves that are tested against the triangles of a tile together.
-pub(super) const GROUP: usize = 8;
+/// Leaves that are tested against a chunk of triangles in one go: at most, and while their samples are loaded. Half and twice as many cost
+/// the same.
+pub(super) const LEAVES: usize = 64;
+pub(super) const FIRST_LEAVES: usize = 8;
 
 /// In tiles with more triangles than this for each block of samples, halves of blocks are leaves of their own: blocks save what
-/// is done once a leaf, halves save tests. 2 and 8 cost the same on the whole; with no limit, statue and hair take a twentieth longer.
-pub(super) const DENSE: usize = 4;
+/// is done once a leaf, halves save tests. With 4 simple scenes take three hundredths longer, with no limit the statue takes eight.
+pub(super) const DENSE: usize = 8;
 
 /// Triangles that a worker takes at a time.
 pub(super) const TRIANGLES: usize = 1024;
@@ -56,8 +58,8 @@ pub(super) const TRIANGLES: usize = 1024;
 /// A triangle, or eight neighbours, that touch no more cells than this (some four tiles) go to the tiles of the cells without a descent.
 pub(super) const FEW_CELLS: u32 = 1024;
 
-/// Tiles with no more blocks of triangles than this (below 8): every leaf is tested against all of them, and leaves are not sorted.
-pub(super) const FEW_BLOCKS: usize = 2;
+/// Tiles with no more triangles than this: all are prepared at once, and nothing is sorted.
+pub(super) const FEW: usize = 16;
 
 /// Of eight triangles that follow one another and are seen close together, so many go to a tile as one block of eight; fewer go one by one, and
 /// are sorted. 3 to 7 cost the same: neighbours in a mesh are neighbours in space.

@@ -2,21 +2,18 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
-use antumbra_predicates::tile::{Part, Tile, TileBlock};
-use antumbra_predicates::{Triangle, exact};
-use fearless_simd::{Simd, SimdBase, f32x8};
+use antumbra_predicates::Triangle;
+use fearless_simd::Simd;
 
-use super::bin::{Binned, Entry};
-use super::boxes::Boxes;
-use super::frame::Frame;
+use super::bin::{Binned, Entry, LARGE};
+use super::chunk::{Chunk, Eights, Setup};
 use super::grid::Tiles;
-use super::group::{Blocks, Memory, test};
 use super::layout::{HALF, Layout};
 use super::leaves::{Gathered, LOOSE, LOW, Leaf, Loose, bounds_of, load_loose};
 use super::order::{LeafPlace, counting_sort, entry_keys};
+use super::pairs::{Memory, State, test};
 use super::prefetch::prefetch;
-use super::shuffle::corners;
-use super::tuning::{DENSE, FEW_BLOCKS, GROUP};
+use super::tuning::{DENSE, FEW, FIRST_LEAVES, LEAVES};
 use crate::methods::leaf::LeafCounts;
 
 /// What all workers share.
@@ -46,8 +43,6 @@ pub(super) struct Counts {
     pub(super) prepared: u64,
     /// Of those: may block one of its samples.
     pub(super) kept: u64,
-    /// Blocks of eight triangles whose bounds meet those of a group of leaves.
-    pub(super) group_tests: u64,
     /// Blocks tested against leaves.
     pub(super) leaf_box_tests: u64,
     /// Tiles and leaves that one triangle covers.
@@ -71,21 +66,14 @@ pub(super) struct Scratch {
     eights: Vec<(u32, u8)>,
     entry_keys: Vec<u32>,
     ids: Vec<u32>,
-    /// The first `used` are those of the tile.
-    blocks: Vec<Prepared>,
-    used: usize,
-    /// Bounds of `blocks`.
-    hulls: Boxes,
-    /// Bounds of those in `live`.
-    live_hulls: Boxes,
+    chunk: Box<Chunk>,
     /// Leaves of the tile; loose samples are [`LOOSE`] and the first of sixteen in `loose`.
     leaves: Vec<Leaf>,
     loose: Vec<Loose>,
     /// The same before they are sorted.
-    mixed_leaves: Vec<Leaf>,
     mixed_loose: Vec<Loose>,
     keys: Vec<u32>,
-    live: Vec<(u32, u8)>,
+    state: State,
     memory: Box<Memory>,
 }
 
@@ -95,17 +83,6 @@ impl Scratch {
         self.entries.len() + 8 * self.eights.len()
     }
 }
-
-/// Eight triangles of the tile.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Prepared {
-    pub(super) block: TileBlock,
-    pub(super) ids: [u32; 8],
-    live: u8,
-}
-
-/// Blocks of triangles that are asked for before they are prepared.
-const AHEAD: usize = 3;
 
 /// Tiles until none is left.
 #[inline(always)]
@@ -151,8 +128,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     if scratch.triangles() == 0 {
         return;
     }
-    // Nearly all triangles of the list will be kept.
-    let sort = scratch.triangles() > 8 * FEW_BLOCKS;
+    let sort = scratch.triangles() > FEW;
     // Functions of their own: compilers take far more than twice the time for twice the length.
     apart(
         s,
@@ -162,36 +138,76 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     if scratch.leaves.is_empty() {
         return;
     }
-    ask_for(pass, scratch.leaves.iter().take(GROUP));
     scratch.counts.leaves += scratch.leaves.len() as u64;
-    if apart(
+    let Scratch {
+        entries, eights, entry_keys, ids, chunk, leaves, loose, state, memory, words, counts, ..
+    } = scratch;
+    let count = entries.len();
+    let setup = Setup::new(pass, tile);
+    apart(
         s,
         #[inline(always)]
-        || prepare(s, pass, tile, scratch),
-    ) {
-        cover(pass, tile, &mut scratch.words);
-        scratch.counts.node_accept += 1;
-        return;
-    }
-    if scratch.used == 0 {
-        return;
-    }
-    let Scratch { live, blocks, used, .. } = scratch;
-    if !sort {
-        live.clear();
-        live.extend(blocks[..*used].iter().zip(0..).map(|(block, i)| (i, block.live)));
-    }
-    for first in (0..scratch.leaves.len()).step_by(GROUP) {
-        ask_for(pass, scratch.leaves.iter().skip(first + GROUP).take(GROUP));
-        let range = first..scratch.leaves.len().min(first + GROUP);
-        if !sort || choose(s, range.clone(), scratch) {
+        || {
+            sort_singles(s, pass, tile, entries, entry_keys, ids);
+            state.start(s, leaves);
+        },
+    );
+    // Large ones come first: one may cover the tile.
+    let large = entries.iter().filter(|entry| entry.at == LARGE).count();
+    let eights = Eights { ids: ids.as_chunks().0, count, more: eights };
+    let at_once = if sort { large.div_ceil(8) } else { eights.len() };
+    // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
+    let mut next = 0;
+    while next < eights.len() {
+        let is_first = next == 0;
+        if is_first {
+            ask_for(pass, leaves.iter().take(FIRST_LEAVES));
+        }
+        if apart(
+            s,
+            #[inline(always)]
+            || chunk.fill(s, pass, &setup, &eights, &mut next, at_once, counts),
+        ) {
+            cover(pass, tile, words);
+            counts.node_accept += 1;
+            return;
+        }
+        let step = if is_first { FIRST_LEAVES } else { LEAVES };
+        for first in (0..leaves.len()).step_by(step) {
+            if is_first {
+                ask_for(pass, leaves.iter().skip(first + step).take(step));
+            }
+            let some = &leaves[first..leaves.len().min(first + step)];
             apart(
                 s,
                 #[inline(always)]
-                || group(s, pass, tile, range, scratch),
+                || test(s, pass, &setup, chunk, some, loose, first, is_first, state, memory, counts),
             );
         }
+        if !state.is_alive() {
+            break;
+        }
     }
+    apart(
+        s,
+        #[inline(always)]
+        || state.finish(s, pass, leaves, loose, words, counts),
+    );
+}
+
+/// Triangles on their own, by place: up to whole eights, the last once more.
+#[inline(always)]
+fn sort_singles<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    tile: usize,
+    entries: &[Entry],
+    keys: &mut Vec<u32>,
+    ids: &mut Vec<u32>,
+) {
+    entry_keys(s, pass.tiles, tile, entries, keys);
+    counting_sort::<_, _, 128>(entries, ids, |i| keys[i], |e| e.id);
+    ids.resize(ids.len().next_multiple_of(8), ids.last().copied().unwrap_or(0));
 }
 
 /// Calls a function that is compiled for the instruction set, and by itself.
@@ -229,25 +245,24 @@ fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Leaf>) {
     }
 }
 
-/// The leaves of a tile whose samples are not all in shadow yet; near ones together, if they are to be sorted.
+/// The leaves of a tile whose samples are not all in shadow yet. `sort` says that there are many triangles.
 #[inline(always)]
 fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mut Scratch) {
     let triangles = scratch.triangles();
-    let Scratch { leaves, loose, mixed_leaves, mixed_loose, keys, .. } = scratch;
+    let Scratch { leaves, loose, mixed_loose, keys, .. } = scratch;
     leaves.clear();
-    mixed_leaves.clear();
     mixed_loose.clear();
     let face = pass.tiles.face[tile] as usize;
     let place = LeafPlace::new(&pass.tiles.region[tile]);
     let mut blocks = 0;
     for worker in pass.gathered {
-        worker.leaves.each(tile, |leaves| blocks += leaves.len());
+        worker.leaves.each(tile, |of_worker| blocks += of_worker.len());
     }
     let dense = sort && triangles > DENSE * blocks;
     for worker in pass.gathered {
         worker.leaves.each(tile, |of_worker| {
             if !dense && !pass.again {
-                mixed_leaves.extend_from_slice(of_worker);
+                leaves.extend_from_slice(of_worker);
                 return;
             }
             if dense {
@@ -264,10 +279,10 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
                     for half in 0..2 {
                         let p = pass.layout.load_half(s, pass.positions, block as usize, half);
                         let sides = bounds_of(s, face, pass.light, &p);
-                        mixed_leaves.push(Leaf::new(sides, block, leaf.mask() & (LOW << (HALF * half))));
+                        leaves.push(Leaf::new(sides, block, leaf.mask() & (LOW << (HALF * half))));
                     }
                 } else if leaf.mask() != 0 {
-                    mixed_leaves.push(leaf);
+                    leaves.push(leaf);
                 }
             }
         });
@@ -296,152 +311,6 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     for (i, sixteen) in loose.chunks(HALF).enumerate() {
         let sides = bounds_of(s, face, pass.light, &load_loose(s, sixteen));
         let mask = LOW >> (HALF - sixteen.len());
-        mixed_leaves.push(Leaf::new(sides, LOOSE | (i * HALF) as u32, mask));
+        leaves.push(Leaf::new(sides, LOOSE | (i * HALF) as u32, mask));
     }
-    if sort {
-        keys.clear();
-        for leaf in mixed_leaves.iter() {
-            keys.push(place.leaf(s, leaf));
-        }
-        counting_sort::<_, _, 64>(mixed_leaves, leaves, |i| keys[i], |l| *l);
-    } else {
-        std::mem::swap(leaves, mixed_leaves);
-    }
-}
-
-/// The list's triangles, eight by eight.
-#[derive(Clone, Copy, Debug)]
-struct Eights<'a> {
-    /// Of single ones, `count` in all, up to whole eights.
-    ids: &'a [[u32; 8]],
-    count: usize,
-    more: &'a [(u32, u8)],
-}
-
-impl Eights<'_> {
-    fn len(&self) -> usize {
-        self.ids.len() + self.more.len()
-    }
-
-    /// Eight triangles, and which of them count.
-    #[inline(always)]
-    fn get(&self, i: usize) -> ([u32; 8], u8) {
-        if let Some(ids) = self.ids.get(i) {
-            let there = (self.count - 8 * i).min(8);
-            return (*ids, (0xffu32 >> (8 - there)) as u8);
-        }
-        let (first, lanes) = self.more[i - self.ids.len()];
-        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes)
-    }
-
-    /// The triangles will be needed soon.
-    #[inline(always)]
-    fn ask_for(&self, pass: &Pass<'_>, i: usize) {
-        let numbers = pass.triangles.as_flattened().as_flattened();
-        if let Some(ids) = self.ids.get(i) {
-            for &id in ids {
-                // More than half of them lie in two cache lines.
-                prefetch(numbers, 9 * id as usize);
-                prefetch(numbers, 9 * id as usize + 8);
-            }
-        } else if let Some((first, _)) = self.more.get(i - self.ids.len()) {
-            for line in 0..5 {
-                prefetch(numbers, 9 * *first as usize + 16 * line);
-            }
-        }
-    }
-}
-
-/// Prepares the triangles of the list. True if one covers the tile.
-#[inline(always)]
-fn prepare<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) -> bool {
-    let frame = Frame::of(pass.tiles.face[tile] as usize);
-    let light = frame.turn(pass.light);
-    let prepared_for = Tile::new(light, pass.tiles.region[tile]);
-    let Scratch { entries, eights, entry_keys: keys, ids, blocks, used, hulls, counts, .. } = scratch;
-    *used = 0;
-    hulls.clear();
-    entry_keys(s, pass.tiles, tile, entries, keys);
-    counting_sort::<_, _, 128>(entries, ids, |i| keys[i], |e| e.id);
-    let Frame { axis, sign } = frame;
-    // Up to whole blocks: the last once more.
-    let count = ids.len();
-    ids.resize(count.next_multiple_of(8), ids.last().copied().unwrap_or(0));
-    let eights = Eights { ids: ids.as_chunks().0, count, more: eights };
-    for i in 0..AHEAD {
-        eights.ask_for(pass, i);
-    }
-    for i in 0..eights.len() {
-        eights.ask_for(pass, i + AHEAD);
-        let (eight, live) = eights.get(i);
-        let [a, b, c, d, e, f, g, h] = eight;
-        let at = |id: u32| &pass.triangles[id as usize];
-        let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
-        for corner in &mut corner {
-            *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
-        }
-        counts.prepared += u64::from(live.count_ones());
-        // Blocks are used again and again: filling them with zeros each time would cost as much as preparing them.
-        if blocks.len() == *used {
-            blocks.push(Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 });
-        }
-        let prepared = &mut blocks[*used];
-        let verdict = prepared.block.prepare(s, corner, live, &prepared_for);
-        let mut live = verdict.maybe;
-        let mut edge_on = verdict.edge_on;
-        while edge_on != 0 {
-            let lane = edge_on.trailing_zeros() as usize;
-            edge_on &= edge_on - 1;
-            match exact::facing(&at(eight[lane]).map(|p| frame.turn(p)), light) {
-                0 => live &= !(1 << lane),
-                1 => {}
-                _ => prepared.block.flip(lane),
-            }
-        }
-        if live == 0 {
-            continue;
-        }
-        *used += 1;
-        counts.kept += u64::from(live.count_ones());
-        prepared.live = live;
-        prepared.ids = eight;
-        hulls.push(prepared.block.hull(s, live));
-        if verdict.covers & live != 0 {
-            return true;
-        }
-    }
-    false
-}
-
-/// Tests a group of leaves.
-#[inline(always)]
-fn group<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, range: std::ops::Range<usize>, scratch: &mut Scratch) {
-    let Scratch { blocks, leaves, loose, live, live_hulls, memory, words, counts, .. } = scratch;
-    let frame = Frame::of(pass.tiles.face[tile] as usize);
-    let blocks = Blocks { all: blocks, live, hulls: live_hulls };
-    test(s, pass, &frame, &blocks, &leaves[range], loose, memory, words, counts);
-}
-
-/// Finds the blocks of triangles that may concern a group of leaves: those whose bounds meet the group's. False if there are none.
-#[inline(always)]
-fn choose<S: Simd>(s: S, range: std::ops::Range<usize>, scratch: &mut Scratch) -> bool {
-    let Scratch { blocks, used, hulls, leaves, live, live_hulls, counts, .. } = scratch;
-    let mut sides = f32x8::splat(s, f32::INFINITY);
-    for leaf in &leaves[range] {
-        sides = sides.min(leaf.sides(s));
-    }
-    let part = Part::new(s, sides);
-    live.clear();
-    live_hulls.clear();
-    for first in (0..*used).step_by(8) {
-        let mut near = hulls.near(s, first, &part);
-        while near != 0 {
-            let i = first + near.trailing_zeros() as usize;
-            near &= near - 1;
-            live.push((i as u32, blocks[i].live));
-            live_hulls.push(hulls.get(i));
-        }
-    }
-    counts.group_tests += live.len() as u64;
-    !live.is_empty()
 }

@@ -1,0 +1,203 @@
+//! The triangles of a tile, in chunks of eight blocks of eight: what stays in the first cache while all leaves go by.
+
+use antumbra_predicates::tile::{Tile, TileBlock};
+use antumbra_predicates::{Triangle, exact};
+use fearless_simd::Simd;
+
+use super::boxes::Boxes;
+use super::frame::Frame;
+use super::prefetch::prefetch;
+use super::shuffle::corners;
+use super::work::{Counts, Pass};
+
+/// Blocks of a chunk.
+const BLOCKS: usize = 8;
+
+/// Blocks of triangles that are asked for before they are looked at.
+const AHEAD: usize = 6;
+
+/// The list's triangles, eight by eight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Eights<'a> {
+    /// Of single ones, `count` in all, up to whole eights.
+    pub(super) ids: &'a [[u32; 8]],
+    pub(super) count: usize,
+    pub(super) more: &'a [(u32, u8)],
+}
+
+impl Eights<'_> {
+    pub(super) fn len(&self) -> usize {
+        self.ids.len() + self.more.len()
+    }
+
+    /// Eight triangles, and which of them count.
+    #[inline(always)]
+    fn get(&self, i: usize) -> ([u32; 8], u8) {
+        if let Some(ids) = self.ids.get(i) {
+            let there = (self.count - 8 * i).min(8);
+            return (*ids, (0xffu32 >> (8 - there)) as u8);
+        }
+        let (first, lanes) = self.more[i - self.ids.len()];
+        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes)
+    }
+
+    /// The triangles will be needed soon.
+    #[inline(always)]
+    fn ask_for(&self, pass: &Pass<'_>, i: usize) {
+        let numbers = pass.triangles.as_flattened().as_flattened();
+        if let Some(ids) = self.ids.get(i) {
+            for &id in ids {
+                // More than half of them lie in two cache lines.
+                prefetch(numbers, 9 * id as usize);
+                prefetch(numbers, 9 * id as usize + 8);
+            }
+        } else if let Some((first, _)) = self.more.get(i - self.ids.len()) {
+            for line in 0..5 {
+                prefetch(numbers, 9 * *first as usize + 16 * line);
+            }
+        }
+    }
+}
+
+/// What it takes to prepare triangles for a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Setup {
+    tile: Tile,
+    pub(super) frame: Frame,
+    light: [f32; 3],
+}
+
+impl Setup {
+    pub(super) fn new(pass: &Pass<'_>, tile: usize) -> Setup {
+        let frame = Frame::of(pass.tiles.face[tile] as usize);
+        let light = frame.turn(pass.light);
+        Setup { tile: Tile::new(light, pass.tiles.region[tile]), frame, light }
+    }
+}
+
+/// Eight triangles. Bounds are known; the rest is prepared when they meet a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prepared {
+    pub(super) block: TileBlock,
+    pub(super) ids: [u32; 8],
+    /// Those that count, one bit each.
+    pub(super) live: u8,
+}
+
+impl Prepared {
+    /// True if one of them covers the tile.
+    #[inline(never)]
+    fn make_ready<S: Simd>(
+        &mut self,
+        s: S,
+        triangles: &[Triangle],
+        setup: &Setup,
+        counts: &mut Counts,
+    ) -> bool {
+        s.vectorize(
+            #[inline(always)]
+            || {
+                counts.prepared += u64::from(self.live.count_ones());
+                let verdict = self.block.prepare(s, self.live, &setup.tile);
+                self.live = verdict.maybe;
+                let mut edge_on = verdict.edge_on;
+                while edge_on != 0 {
+                    let lane = edge_on.trailing_zeros() as usize;
+                    edge_on &= edge_on - 1;
+                    let triangle = &triangles[self.ids[lane] as usize];
+                    match exact::facing(&triangle.map(|p| setup.frame.turn(p)), setup.light) {
+                        0 => self.live &= !(1 << lane),
+                        1 => {}
+                        _ => self.block.flip(lane),
+                    }
+                }
+                counts.kept += u64::from(self.live.count_ones());
+                verdict.covers & self.live != 0
+            },
+        )
+    }
+}
+
+/// Eight blocks.
+#[derive(Debug)]
+pub(super) struct Chunk {
+    pub(super) blocks: [Prepared; BLOCKS],
+    pub(super) boxes: Boxes,
+    /// Not prepared yet; bits are blocks.
+    fresh: u8,
+}
+
+impl Default for Chunk {
+    fn default() -> Chunk {
+        let empty = Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 };
+        Chunk { blocks: [empty; BLOCKS], boxes: Boxes::NOWHERE, fresh: 0 }
+    }
+}
+
+impl Chunk {
+    /// Takes the next triangles, from eight `next` on, that may block a sample of the tile; those before eight `at_once` are prepared. True if
+    /// one covers the tile.
+    #[inline(always)]
+    pub(super) fn fill<S: Simd>(
+        &mut self,
+        s: S,
+        pass: &Pass<'_>,
+        setup: &Setup,
+        eights: &Eights<'_>,
+        next: &mut usize,
+        at_once: usize,
+        counts: &mut Counts,
+    ) -> bool {
+        self.boxes = Boxes::NOWHERE;
+        self.fresh = 0;
+        let mut used = 0;
+        let Frame { axis, sign } = setup.frame;
+        if *next == 0 {
+            for i in 0..AHEAD {
+                eights.ask_for(pass, i);
+            }
+        }
+        while used < BLOCKS && *next < eights.len() {
+            eights.ask_for(pass, *next + AHEAD);
+            let (eight, live) = eights.get(*next);
+            let [a, b, c, d, e, f, g, h] = eight;
+            let at = |id: u32| &pass.triangles[id as usize];
+            let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
+            for corner in &mut corner {
+                *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
+            }
+            let prepared = &mut self.blocks[used];
+            prepared.live = prepared.block.look(s, corner, live, &setup.tile);
+            prepared.ids = eight;
+            let now = *next < at_once && prepared.live != 0;
+            if now && prepared.make_ready(s, pass.triangles, setup, counts) {
+                return true;
+            }
+            *next += 1;
+            if prepared.live != 0 {
+                self.boxes.set(used, prepared.block.hull(s, prepared.live));
+                self.fresh |= u8::from(!now) << used;
+                used += 1;
+            }
+        }
+        false
+    }
+
+    /// Prepares what is not yet of some of the blocks.
+    #[inline(always)]
+    pub(super) fn make_ready<S: Simd>(
+        &mut self,
+        s: S,
+        pass: &Pass<'_>,
+        setup: &Setup,
+        blocks: u8,
+        counts: &mut Counts,
+    ) {
+        let mut left = self.fresh & blocks;
+        self.fresh &= !blocks;
+        while left != 0 {
+            self.blocks[left.trailing_zeros() as usize].make_ready(s, pass.triangles, setup, counts);
+            left &= left - 1;
+        }
+    }
+}
