@@ -33,11 +33,11 @@ pub(super) const LOW: u32 = (1 << HALF) - 1;
 
 impl Leaf {
     #[inline(always)]
-    pub(super) fn new<S: Simd>(sides: f32x8<S>, block: u32, mask: u32) -> Leaf {
-        let sides: u32x8<S> = sides.bitcast();
-        let mut leaf = sides.to_array();
-        (leaf[3], leaf[7]) = (block, mask);
-        Leaf(leaf)
+    pub(super) fn new<S: Simd>(s: S, sides: f32x8<S>, block: u32, mask: u32) -> Leaf {
+        // In vectors: a vector of numbers that have just been written one by one has to wait for them.
+        let (at_3, at_7) = (mask32x8::from_bitmask(s, 1 << 3), mask32x8::from_bitmask(s, 1 << 7));
+        let with_block = at_3.select(u32x8::splat(s, block), sides.bitcast());
+        Leaf(at_7.select(u32x8::splat(s, mask), with_block).to_array())
     }
 
     /// Packed bounds; numbers 3 and 7 are zero. (What is in their place would be subnormal numbers, for which processors stop.)
@@ -181,6 +181,7 @@ pub(super) struct Pass<'a> {
 pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8], out: &mut Gathered) {
     let layout = pass.layout;
     mask.fill(LIT);
+    let mut batch = Batch::new();
     for column in 0..layout.columns {
         let block = row * layout.columns + column;
         let rows = layout.rows_at(pass.positions, row, column);
@@ -194,31 +195,88 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
                 continue;
             }
         }
-        let valid = block_of(s, pass, block, layout.load_rows(s, pass.positions, block, rows), out);
+        let q = from_light(pass, layout.load_rows(s, pass.positions, block, rows));
+        if let Some((face, sides)) = whole_block(s, &q) {
+            batch.push(block, face, sides);
+            if batch.len == BATCH {
+                settle(s, pass, &mut batch, out);
+            }
+            continue;
+        }
+        let valid = parts(s, pass, block, &q, out);
         if valid != u32::MAX {
             layout.mark(mask, column, !valid & layout.inside(column), NONE);
         }
     }
+    settle(s, pass, &mut batch, out);
 }
 
-#[inline(always)]
-fn both<S: Simd>(m: [mask32x8<S>; 2]) -> u16 {
-    (m[0].to_bitmask() | m[1].to_bitmask() << 8) as u16
+/// Blocks that lie within one face, to be settled together: what a processor waits for in one, it does in the meantime in others.
+#[derive(Debug)]
+struct Batch {
+    sides: [[f32; 8]; BATCH],
+    /// Block and face.
+    blocks: [(u32, u32); BATCH],
+    len: usize,
 }
 
-/// One block, samples outside the picture NaN. Returns which exist.
+/// Blocks that are settled together.
+const BATCH: usize = 16;
+
+impl Batch {
+    #[inline(always)]
+    fn new() -> Batch {
+        Batch { sides: [[0.0; 8]; BATCH], blocks: [(0, 0); BATCH], len: 0 }
+    }
+
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, block: usize, face: usize, sides: f32x8<S>) {
+        let i = self.len % BATCH;
+        sides.store_array(&mut self.sides[i]);
+        self.blocks[i] = (block as u32, face as u32);
+        self.len = i + 1;
+    }
+}
+
+/// Blocks in one tile at one depth become a leaf each, others are parted.
 #[inline(always)]
-fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 4]; 3], out: &mut Gathered) -> u32 {
+fn settle<S: Simd>(s: S, pass: &Pass<'_>, batch: &mut Batch, out: &mut Gathered) {
+    let mut tiles = [NOTHING; BATCH];
+    for i in 0..batch.len {
+        let (sides, face) = (f32x8::load_array_ref(s, &batch.sides[i]), batch.blocks[i].1 as usize);
+        let tile = pass.tiles.home(s, face, sides).unwrap_or(NOTHING);
+        tiles[i] = if shallow(sides, pass.band[face]) { tile } else { NOTHING };
+    }
+    for i in 0..batch.len {
+        let (block, tile) = (batch.blocks[i].0 as usize, tiles[i]);
+        if tile == NOTHING {
+            let q = from_light(pass, pass.layout.load(s, pass.positions, block));
+            parts(s, pass, block, &q, out);
+        } else {
+            add(s, out, tile, f32x8::load_array_ref(s, &batch.sides[i]), block, u32::MAX);
+        }
+    }
+    batch.len = 0;
+}
+
+/// Samples of a block from the light.
+#[inline(always)]
+fn from_light<S: Simd>(pass: &Pass<'_>, p: [[f32x8<S>; 4]; 3]) -> [[f32x8<S>; 4]; 3] {
     let l = pass.light;
-    let q = [
+    [
         [p[0][0] - l[0], p[0][1] - l[0], p[0][2] - l[0], p[0][3] - l[0]],
         [p[1][0] - l[1], p[1][1] - l[1], p[1][2] - l[1], p[1][3] - l[1]],
         [p[2][0] - l[2], p[2][1] - l[2], p[2][2] - l[2], p[2][3] - l[2]],
-    ];
-    // Most blocks lie in one tile at one depth; those at the border of the background hold NaN.
+    ]
+}
+
+/// Face and packed bounds of a block all of whose samples exist and lie in one face.
+#[inline(always)]
+fn whole_block<S: Simd>(s: S, q: &[[f32x8<S>; 4]; 3]) -> Option<(usize, f32x8<S>)> {
+    // Blocks at the border of the background hold NaN.
     let x = (q[0][0] + q[0][1]) + (q[0][2] + q[0][3]);
     if x.simd_eq(x).to_bitmask() != 0xff {
-        return parts(s, pass, block, &q, out);
+        return None;
     }
     let face = face_of([q[0][0][0], q[1][0][0], q[2][0][0]]);
     let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -227,14 +285,12 @@ fn block_of<S: Simd>(s: S, pass: &Pass<'_>, block: usize, p: [[f32x8<S>; 4]; 3],
         1 => whole(s, sign, [&q[0], &q[2], &q[1]]),
         _ => whole(s, sign, [&q[0], &q[1], &q[2]]),
     };
-    if let Some(sides) = sides
-        && shallow(sides, pass.band[face])
-        && let Some(tile) = pass.tiles.home(s, face, sides)
-    {
-        add(s, out, tile, sides, block, u32::MAX);
-        return u32::MAX;
-    }
-    parts(s, pass, block, &q, out)
+    Some((face, sides?))
+}
+
+#[inline(always)]
+fn both<S: Simd>(m: [mask32x8<S>; 2]) -> u16 {
+    (m[0].to_bitmask() | m[1].to_bitmask() << 8) as u16
 }
 
 /// Whether packed bounds are narrow in depth.
@@ -496,7 +552,7 @@ fn exist(pass: &Pass<'_>, block: usize, out: &mut Gathered) -> u32 {
 #[inline(always)]
 fn add<S: Simd>(s: S, out: &mut Gathered, tile: u32, sides: f32x8<S>, block: usize, mask: u32) {
     widen(s, &mut out.regions[tile as usize], sides);
-    out.leaves.push(tile, Leaf::new(sides, block as u32, mask));
+    out.leaves.push(tile, Leaf::new(s, sides, block as u32, mask));
 }
 
 #[inline(always)]

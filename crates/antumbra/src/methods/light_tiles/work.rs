@@ -279,7 +279,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
                     for half in 0..2 {
                         let p = pass.layout.load_half(s, pass.positions, block as usize, half);
                         let sides = bounds_of(s, face, pass.light, &p);
-                        leaves.push(Leaf::new(sides, block, leaf.mask() & (LOW << (HALF * half))));
+                        leaves.push(Leaf::new(s, sides, block, leaf.mask() & (LOW << (HALF * half))));
                     }
                 } else if leaf.mask() != 0 {
                     leaves.push(leaf);
@@ -311,6 +311,6 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     for (i, sixteen) in loose.chunks(HALF).enumerate() {
         let sides = bounds_of(s, face, pass.light, &load_loose(s, sixteen));
         let mask = LOW >> (HALF - sixteen.len());
-        leaves.push(Leaf::new(sides, LOOSE | (i * HALF) as u32, mask));
+        leaves.push(Leaf::new(s, sides, LOOSE | (i * HALF) as u32, mask));
     }
 }
