@@ -28,6 +28,10 @@ pub(super) struct Point {
     pub(super) at: [f32; 2],
 }
 
+fn of_face(points: &[Point], face: usize) -> impl Iterator<Item = [f32; 2]> {
+    points.iter().filter(move |point| point.face == face as u32).map(|point| point.at)
+}
+
 /// Maps directions to cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Fit {
@@ -139,9 +143,16 @@ const NOWHERE: [u32; 4] = [u32::MAX, 0, u32::MAX, 0];
 
 impl Grid {
     /// Fits the grid to points within `bounds`, and counts them.
-    fn count(&mut self, points: &[[f32; 2]], bounds: &Region, limit: u32, spare: u32) {
+    fn count(
+        &mut self,
+        points: impl Iterator<Item = [f32; 2]>,
+        count: usize,
+        bounds: &Region,
+        limit: u32,
+        spare: u32,
+    ) {
         // Levels more than an even spread would need: on a face, triangles are looked up a cell or two wider than they are.
-        let levels = spare + (points.len() as u32 / limit).max(1).ilog2().div_ceil(2);
+        let levels = spare + (count as u32 / limit).max(1).ilog2().div_ceil(2);
         let levels = levels.next_multiple_of(2).min(LEVELS);
         let side = 1usize << levels;
         self.levels = levels;
@@ -218,7 +229,6 @@ pub(super) struct Tiles {
     /// Bounds of the samples.
     pub(super) region: Vec<Region>,
     pub(super) nodes: Vec<Node>,
-    points: Vec<Vec<[f32; 2]>>,
     /// Points of a tile at most, where they can be parted.
     limit: u32,
     /// Leaves may stick out of their tiles by so many cells of a face's grid; [`super::bin`] looks so much farther.
@@ -226,39 +236,38 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
-    /// Chooses tiles. `bounds` are those of the points of each face.
-    pub(super) fn choose(&mut self, points: &[Point], bounds: &[Region; FACES], margin: u32) {
+    /// Fits grids to the points, and counts them. `bounds` and `counts` are those of the points of each face.
+    pub(super) fn count(
+        &mut self,
+        points: &[Point],
+        bounds: &[Region; FACES],
+        counts: &[usize; FACES],
+        margin: u32,
+    ) {
         self.margin = margin;
+        if self.grids.len() < FACES {
+            self.grids.resize_with(FACES, Grid::default);
+        }
+        let there = counts.iter().sum::<usize>() as u32;
+        let limit = (there / TILES).clamp(LEAST_POINTS, TILE_POINTS);
+        self.limit = limit;
+        // Faces do not touch.
+        self.grids.par_iter_mut().take(FACES).enumerate().for_each(|(face, grid)| {
+            grid.root = NOTHING;
+            grid.count(of_face(points, face), counts[face], &bounds[face], limit, SPARE);
+        });
+    }
+
+    /// Makes tiles of what has been counted.
+    pub(super) fn choose(&mut self, points: &[Point]) {
         self.face.clear();
         self.level.clear();
         self.cells.clear();
         self.nodes.clear();
         self.used = FACES;
-        if self.grids.len() < FACES {
-            self.grids.resize_with(FACES, Grid::default);
-        }
-        if self.points.len() < FACES {
-            self.points.resize_with(FACES, Vec::new);
-        }
-        for list in &mut self.points {
-            list.clear();
-        }
-        for point in points.iter().filter(|p| p.face != NOTHING) {
-            self.points[point.face as usize].push(point.at);
-        }
-        let there = self.points.iter().map(Vec::len).sum::<usize>() as u32;
-        let limit = (there / TILES).clamp(LEAST_POINTS, TILE_POINTS);
-        self.limit = limit;
-        // Counting is most of the work, and faces do not touch.
-        self.points.par_iter().zip(&mut self.grids).zip(bounds).for_each(|((list, grid), bounds)| {
-            grid.root = NOTHING;
-            grid.count(list, bounds, limit, SPARE);
-        });
         for face in 0..FACES {
-            let points = std::mem::take(&mut self.points[face]);
             // A face without points gets a tile as well: samples that were not looked at may be in it.
-            self.fill(face, face, &points, 0);
-            self.points[face] = points;
+            self.fill(face, face, of_face(points, face), 0);
         }
     }
 
@@ -318,7 +327,7 @@ impl Tiles {
     }
 
     /// Makes tiles of a grid whose points have been counted.
-    fn fill(&mut self, grid: usize, face: usize, points: &[[f32; 2]], depth: u32) {
+    fn fill(&mut self, grid: usize, face: usize, points: impl Iterator<Item = [f32; 2]>, depth: u32) {
         let mut g = std::mem::take(&mut self.grids[grid]);
         let mut crowded = Vec::new();
         g.root = self.split(&mut g, face, [0, 0, 0], None, depth, &mut crowded);
@@ -329,7 +338,7 @@ impl Tiles {
             for p in points {
                 let at = g.at(g.fit.cell(0, p[0]), g.fit.cell(1, p[1]));
                 if at & GRID != 0 {
-                    below[(at & !GRID) as usize - first].push(*p);
+                    below[(at & !GRID) as usize - first].push(p);
                 }
             }
         }
@@ -339,8 +348,15 @@ impl Tiles {
                 let at = [p[0], p[1], 0.0];
                 sum.union(&Region { lo: at, hi: at })
             });
-            self.grids[number as usize].count(&points, &bounds, self.limit, SPARE_CROWDED);
-            self.fill(number as usize, face, &points, depth + 1);
+            let count = points.len();
+            self.grids[number as usize].count(
+                points.iter().copied(),
+                count,
+                &bounds,
+                self.limit,
+                SPARE_CROWDED,
+            );
+            self.fill(number as usize, face, points.iter().copied(), depth + 1);
             let root = self.grids[number as usize].root;
             match parent {
                 Some(node) => self.nodes[node as usize].child[child] = root,
@@ -470,6 +486,5 @@ impl Tiles {
         self.grids[..self.used].iter().map(grid).sum::<usize>()
             + self.nodes.len() * size_of::<Node>()
             + self.len() * (size_of::<Region>() + 2)
-            + self.points.iter().map(|p| p.len() * 8).sum::<usize>()
     }
 }

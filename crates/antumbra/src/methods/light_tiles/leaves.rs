@@ -14,7 +14,7 @@ use super::lists::Lists;
 use super::prefetch::prefetch;
 use super::shuffle::{columns, least_of_halves, two};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
-use crate::mask::{LIT, NONE};
+use crate::mask::NONE;
 
 /// Numbers that are asked for ahead in each line of a block: eight blocks of a picture.
 const AHEAD: usize = 8 * 24;
@@ -138,15 +138,15 @@ impl Gathered {
     }
 }
 
-/// One sample of every block of a row of blocks, as seen from the light; and bounds by face.
+/// One sample of every block of a row of blocks, as seen from the light; bounds and numbers by face.
 pub(super) fn look(
     layout: &Layout,
     positions: &[[f32; 3]],
     light: [f32; 3],
     row: usize,
     points: &mut [Point],
-) -> [Region; FACES] {
-    let mut bounds = [Region::EMPTY; FACES];
+) -> ([Region; FACES], [usize; FACES]) {
+    let (mut bounds, mut counts) = ([Region::EMPTY; FACES], [0; FACES]);
     for (column, point) in points.iter_mut().enumerate() {
         *point = Point { face: NOTHING, at: [0.0; 2] };
         let (start, line) = layout.corner(row * layout.columns + column);
@@ -159,10 +159,11 @@ pub(super) fn look(
             let Some((face, at)) = direction(p, light) else { continue };
             *point = Point { face: face as u32, at: [at[0], at[1]] };
             bounds[face] = bounds[face].union(&Region { lo: at, hi: at });
+            counts[face] += 1;
             break;
         }
     }
-    bounds
+    (bounds, counts)
 }
 
 /// What the sample pass needs to know.
@@ -176,11 +177,10 @@ pub(super) struct Pass<'a> {
     pub(super) band: [f32; FACES],
 }
 
-/// A row of blocks: fills `mask` (the samples of the row) with "lit" or "none" and sorts the samples into tiles.
+/// A row of blocks: sorts its samples into tiles. `mask` (of the samples of the row) is all "lit"; what does not exist becomes "none".
 #[inline(always)]
 pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8], out: &mut Gathered) {
     let layout = pass.layout;
-    mask.fill(LIT);
     let mut batch = Batch::new();
     for column in 0..layout.columns {
         let block = row * layout.columns + column;

@@ -47,7 +47,7 @@ use self::layout::{BLOCK, Layout};
 use self::tuning::{EVERY, WIDE};
 use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
 use crate::Isa;
-use crate::mask::SHADOWED;
+use crate::mask::{LIT, SHADOWED};
 use crate::scene::{InputError, Triangle};
 use antumbra_predicates::tile::Region;
 
@@ -138,7 +138,7 @@ impl Method for LightTiles {
         self.scratch.resize_with(workers, Default::default);
 
         let margin = if triangles.len() <= positions.len() / WIDE { 2 } else { 1 };
-        let band = self.choose_tiles(&layout, positions, light, margin);
+        let band = self.choose_tiles(&layout, positions, light, margin, mask);
         stats.stage("choose_tiles");
         self.gather(isa, &layout, positions, light, band, mask);
         stats.stage("gather_samples");
@@ -193,24 +193,33 @@ impl Method for LightTiles {
 }
 
 impl LightTiles {
-    /// Stage 1. Returns the depth band of each face.
+    /// Stage 1: chooses tiles, and fills the mask with "lit" meanwhile. Returns the depth band of each face.
     fn choose_tiles(
         &mut self,
         layout: &Layout,
         positions: &[[f32; 3]],
         light: [f32; 3],
         margin: u32,
+        mask: &mut [u8],
     ) -> [f32; FACES] {
         let columns = layout.columns;
         self.points.resize(columns * layout.rows.div_ceil(EVERY), Point { face: NOTHING, at: [0.0; 2] });
-        let empty = [Region::EMPTY; FACES];
-        let bounds = self
+        let empty = ([Region::EMPTY; FACES], [0; FACES]);
+        let (bounds, counts) = self
             .points
             .par_chunks_mut(columns.max(1))
             .enumerate()
             .map(|(row, points)| leaves::look(layout, positions, light, EVERY * row, points))
-            .reduce(|| empty, |a, b| std::array::from_fn(|f| a[f].union(&b[f])));
-        self.tiles.choose(&self.points, &bounds, margin);
+            .reduce(
+                || empty,
+                |(a, m), (b, n)| {
+                    (std::array::from_fn(|f| a[f].union(&b[f])), std::array::from_fn(|f| m[f] + n[f]))
+                },
+            );
+        let Self { tiles, points, .. } = self;
+        tiles.count(points, &bounds, &counts, margin);
+        // Choosing is serial; who has nothing to do does something useful, and stays awake.
+        rayon::join(|| tiles.choose(points), || mask.fill(LIT));
         bounds.map(|b| if b.hi[2] > 0.0 { tuning::DEPTH_BAND * (1.0 - b.lo[2] / b.hi[2]) } else { 0.0 })
     }
 
