@@ -410,17 +410,23 @@ fn part_face<S: Simd>(
     }
     let place = |mask: u16| u32::from(mask) << (HALF * half);
     let sides = bounds(s, &c);
-    if shallow(sides, pass.band[face])
-        && let Some(tile) = pass.tiles.home(s, face, sides)
-    {
-        add(s, out, tile, sides, block, place(mask));
-        return;
-    }
-    // Several depths, or too large for a tile.
-    let mut left = mask;
-    let mut alone = 0;
+    let (mut left, mut alone) = (mask, 0);
     let (mut tiles, mut known) = ([u32x8::splat(s, NOTHING); 2], false);
+    if shallow(sides, pass.band[face]) {
+        if let Some(tile) = pass.tiles.home(s, face, sides) {
+            add(s, out, tile, sides, block, place(mask));
+            return;
+        }
+        // Too large for any tile.
+        (tiles, known) = (tiles_of(s, pass, face, &c), true);
+        alone = pieces(s, block, half, mask, &tiles, &c, out);
+        left = 0;
+    }
+    // Several depths.
     for _ in 0..BLOCK_LEAVES {
+        if left == 0 {
+            break;
+        }
         let first = left.trailing_zeros() as usize;
         let near = c[2][first / 8][first % 8];
         let band = f32x8::splat(s, pass.band[face] * near);
@@ -440,9 +446,6 @@ fn part_face<S: Simd>(
             alone |= pieces(s, block, half, part, &tiles, &c, out);
         }
         left &= !part;
-        if left == 0 {
-            break;
-        }
     }
     alone |= left;
     if alone != 0 {
