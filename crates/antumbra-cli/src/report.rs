@@ -64,8 +64,8 @@ impl StatsReport {
             stages: stats.stages.iter().map(StageReport::from).collect(),
             total_ms: stats.total_ms,
             runs_ms: Vec::new(),
-            bytes: Named(stats.bytes.clone()),
-            counters: Named(stats.counters.clone()),
+            bytes: Named(stats.bytes.to_vec()),
+            counters: Named(stats.counters.to_vec()),
         }
     }
 
@@ -146,9 +146,9 @@ mod tests {
             method: "oracle",
             total_ms,
             shadowed: 2,
-            stages: vec![Stage { name: "test_all", ms: total_ms }],
-            bytes: vec![("tree", 10)],
-            counters: vec![("leaf_tests", 3)],
+            stages: vec![Stage { name: "test_all", ms: total_ms }].into(),
+            bytes: vec![("tree", 10)].into(),
+            counters: vec![("leaf_tests", 3)].into(),
             ..Stats::default()
         }
     }

@@ -88,7 +88,9 @@ fn counters(row: &Row, run: Run) -> Vec<(&'static str, u64)> {
     let mut mask = vec![0; SIZE[0] * SIZE[1]];
     let pool = rayon::ThreadPoolBuilder::new().num_threads(run.threads).build().unwrap();
     let light = scene.lights[0].position;
-    pool.install(|| method.shadow(&scene.soup.positions, samples.view(), light, &mut mask)).unwrap().counters
+    let stats =
+        pool.install(|| method.shadow(&scene.soup.positions, samples.view(), light, &mut mask)).unwrap();
+    stats.counters.to_vec()
 }
 
 #[test]

@@ -55,7 +55,11 @@ impl Isa {
 
     /// The levels that this machine can run, weakest first.
     pub fn available() -> Vec<Isa> {
-        Isa::ALL.into_iter().filter(|isa| isa.level().is_some()).collect()
+        Isa::ALL.into_iter().filter(|isa| isa.is_available()).collect()
+    }
+
+    fn is_available(self) -> bool {
+        self.level().is_some()
     }
 
     /// Reads a name as [`Isa::name`] gives it.
@@ -104,7 +108,7 @@ impl Isa {
     /// The level that will really run: [`Isa::Auto`] resolved.
     pub fn resolved(self) -> Isa {
         match self {
-            Isa::Auto => *Isa::available().last().unwrap_or(&Isa::Scalar),
+            Isa::Auto => Isa::ALL.into_iter().rfind(|isa| isa.is_available()).unwrap_or(Isa::Scalar),
             isa => isa,
         }
     }

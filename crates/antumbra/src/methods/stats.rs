@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 /// One stage of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +14,7 @@ pub struct Stage {
     pub ms: f64,
 }
 
-/// Statistics of one call of [`super::Method::shadow`].
+/// Statistics of one call of [`super::Method::shadow`]. They stand where they are returned: no frame allocates for them.
 #[derive(Clone, Debug, Default)]
 pub struct Stats {
     /// The method's name.
@@ -31,13 +32,13 @@ pub struct Stats {
     /// Samples in shadow.
     pub shadowed: usize,
     /// Times in pipeline order.
-    pub stages: Vec<Stage>,
+    pub stages: SmallVec<[Stage; 8]>,
     /// From arrays in memory to mask in memory, nothing precomputed.
     pub total_ms: f64,
     /// Bytes by buffer.
-    pub bytes: Vec<(&'static str, u64)>,
+    pub bytes: SmallVec<[(&'static str, u64); 8]>,
     /// Work counters (names of the methods' pages); those that cost time are only there when asked for.
-    pub counters: Vec<(&'static str, u64)>,
+    pub counters: SmallVec<[(&'static str, u64); 32]>,
 }
 
 /// Measures the stages of one frame.

@@ -137,6 +137,16 @@ pub(super) struct Grid {
     counts: Vec<Vec<u32>>,
     /// Cells around all that hold a grid: first and last column, first and last row.
     crowds: [u32; 4],
+    /// Points of a crowded cell.
+    points: Vec<[f32; 2]>,
+}
+
+/// A crowded cell: the grid that it holds, and where its root goes.
+#[derive(Clone, Copy, Debug)]
+struct Crowded {
+    number: usize,
+    parent: Option<u32>,
+    child: usize,
 }
 
 const NOWHERE: [u32; 4] = [u32::MAX, 0, u32::MAX, 0];
@@ -229,6 +239,8 @@ pub(super) struct Tiles {
     /// Bounds of the samples.
     pub(super) region: Vec<Region>,
     pub(super) nodes: Vec<Node>,
+    /// Cells whose grids are still to be made.
+    crowded: Vec<Crowded>,
     /// Points of a tile at most, where they can be parted.
     limit: u32,
     /// Leaves may stick out of their tiles by so many cells of a face's grid; [`super::bin`] looks so much farther.
@@ -329,40 +341,36 @@ impl Tiles {
     /// Makes tiles of a grid whose points have been counted.
     fn fill(&mut self, grid: usize, face: usize, points: impl Iterator<Item = [f32; 2]>, depth: u32) {
         let mut g = std::mem::take(&mut self.grids[grid]);
-        let mut crowded = Vec::new();
-        g.root = self.split(&mut g, face, [0, 0, 0], None, depth, &mut crowded);
+        let before = self.crowded.len();
+        g.root = self.split(&mut g, face, [0, 0, 0], None, depth);
         // Points of crowded cells go to grids of their own.
-        let mut below: Vec<Vec<[f32; 2]>> = vec![Vec::new(); crowded.len()];
-        if !crowded.is_empty() {
-            let first = (crowded[0].0) as usize;
+        if before < self.crowded.len() {
             for p in points {
                 let at = g.at(g.fit.cell(0, p[0]), g.fit.cell(1, p[1]));
                 if at & GRID != 0 {
-                    below[(at & !GRID) as usize - first].push(p);
+                    self.grids[(at & !GRID) as usize].points.push(p);
                 }
             }
         }
         self.grids[grid] = g;
-        for ((number, parent, child), points) in crowded.into_iter().zip(below) {
+        for i in before..self.crowded.len() {
+            let Crowded { number, parent, child } = self.crowded[i];
+            let points = std::mem::take(&mut self.grids[number].points);
             let bounds = points.iter().fold(Region::EMPTY, |sum, p| {
                 let at = [p[0], p[1], 0.0];
                 sum.union(&Region { lo: at, hi: at })
             });
-            let count = points.len();
-            self.grids[number as usize].count(
-                points.iter().copied(),
-                count,
-                &bounds,
-                self.limit,
-                SPARE_CROWDED,
-            );
-            self.fill(number as usize, face, points.iter().copied(), depth + 1);
-            let root = self.grids[number as usize].root;
+            let each = || points.iter().copied();
+            self.grids[number].count(each(), points.len(), &bounds, self.limit, SPARE_CROWDED);
+            self.fill(number, face, each(), depth + 1);
+            self.grids[number].points = points;
+            let root = self.grids[number].root;
             match parent {
                 Some(node) => self.nodes[node as usize].child[child] = root,
                 None => self.grids[grid].root = root,
             }
         }
+        self.crowded.truncate(before);
     }
 
     /// Makes a tile of a square of cells, or splits it. Returns the tile or node, or [`NOTHING`] if its children went to
@@ -374,7 +382,6 @@ impl Tiles {
         [level, x, y]: [u32; 3],
         parent: Option<u32>,
         depth: u32,
-        crowded: &mut Vec<(u32, Option<u32>, usize)>,
     ) -> u32 {
         let count = g.counts[level as usize][(y << level | x) as usize];
         let add = |tiles: &mut Tiles, entry: u32| {
@@ -387,15 +394,16 @@ impl Tiles {
         // All points in one place: no grid parts them.
         let together = g.fit.scale == [0.0; 2];
         if count > CROWDED * self.limit && level == g.levels && depth < DEPTH && !together {
-            let number = self.used as u32;
+            let number = self.used;
             self.used += 1;
             if self.grids.len() < self.used {
                 self.grids.push(Grid::default());
             }
-            self.grids[number as usize].root = NOTHING;
+            self.grids[number].root = NOTHING;
+            self.grids[number].points.clear();
             let child = add(self, NOTHING);
-            crowded.push((number, parent, child));
-            g.cells[(y << level | x) as usize] = GRID | number;
+            self.crowded.push(Crowded { number, parent, child });
+            g.cells[(y << level | x) as usize] = GRID | number as u32;
             let [first_x, last_x, first_y, last_y] = g.crowds;
             g.crowds = [first_x.min(x), last_x.max(x), first_y.min(y), last_y.max(y)];
             return NOTHING;
@@ -427,12 +435,12 @@ impl Tiles {
             g.nodes[(level / 2) as usize][(y << level | x) as usize] = node;
             add(self, NODE | node);
             for q in quarters {
-                self.split(g, face, q, Some(node), depth, crowded);
+                self.split(g, face, q, Some(node), depth);
             }
             NODE | node
         } else {
             for q in quarters {
-                self.split(g, face, q, parent, depth, crowded);
+                self.split(g, face, q, parent, depth);
             }
             NOTHING
         }

@@ -62,22 +62,6 @@ fn pictures_of_any_width_and_height() {
 }
 
 #[test]
-fn a_second_frame_allocates_nothing_new() {
-    let (triangles, positions, light, expected) = case("atrium?size=2000", [96, 64]);
-    let mut method = LightTiles::new(&Options::default());
-    let mut mask = vec![7; expected.len()];
-    let mut room = Vec::new();
-    for _ in 0..3 {
-        method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
-        assert!(mask == expected);
-        let words: usize = method.scratch.iter().map(|w| w.words.capacity()).sum();
-        assert!(words >= 96 * 64 / 32);
-        room.push((method.points.capacity(), words, method.covered.capacity()));
-    }
-    assert_eq!(room[1], room[2]);
-}
-
-#[test]
 fn lists_of_any_length_one_after_the_other() {
     let (triangles, positions, light, expected) = case("room", [72, 60]);
     for capacity in [1, 1 << 20] {

@@ -228,7 +228,7 @@ fn run(
     let stats = pool
         .install(|| method.shadow(&case.0, Samples::image(&case.1, 60), case.2, &mut mask))
         .expect("good input");
-    (mask, stats.counters)
+    (mask, stats.counters.to_vec())
 }
 
 fn counter(counters: &[(&'static str, u64)], name: &str) -> u64 {
