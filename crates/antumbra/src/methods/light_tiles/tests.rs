@@ -192,6 +192,30 @@ fn clumps_get_grids_of_their_own() {
 }
 
 #[test]
+fn a_tile_that_cannot_be_parted_takes_turns() {
+    // All samples in one direction from the light, and triangles across and beside it at many depths.
+    let light = [0.0; 3];
+    let positions: Vec<[f32; 3]> = (0..90_000).map(|i| [0.0, 0.0, -1.0 - i as f32 / 60_000.0]).collect();
+    let mut triangles = Vec::new();
+    for k in 0..60 {
+        let (z, side) = (-0.9 - k as f32 * 0.04, if k % 3 == 0 { 0.0 } else { 0.2 });
+        triangles.push([[side - 0.1, -0.1, z], [side + 0.1, -0.1, z - 0.01], [side, 0.1, z]]);
+    }
+    // Some samples stay lit.
+    let triangles = &triangles[5..];
+    let expected = oracle(triangles, &positions, light);
+    let lit = expected.iter().filter(|m| **m == LIT).count();
+    assert!(lit > 1000 && lit < 80_000, "{lit}");
+    for capacity in [1, CAPACITY] {
+        let mut method = LightTiles::with_capacity(&Options::default(), capacity);
+        let mut mask = vec![7; positions.len()];
+        let stats = method.shadow(triangles, Samples::list(&positions), light, &mut mask).unwrap();
+        assert!(mask == expected);
+        assert!(counter(&stats, "leaves") > tuning::MOST_LEAVES as u64, "{:?}", stats.counters);
+    }
+}
+
+#[test]
 fn samples_at_the_light_and_far_beyond_are_answered() {
     let triangles = [[[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [0.0, 1.0, 1.0]]];
     let light = [0.0, 2.0, 0.0];

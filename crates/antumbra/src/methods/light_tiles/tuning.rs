@@ -48,6 +48,10 @@ pub(super) const LEAST_PART: u32 = 2;
 pub(super) const LEAVES: usize = 64;
 pub(super) const FIRST_LEAVES: usize = 8;
 
+/// Leaves of a tile whose samples are kept while its triangles go by (384 bytes each); more are another turn. Only tiles that cannot be parted
+/// have so many.
+pub(super) const MOST_LEAVES: usize = 2048;
+
 /// In tiles with more triangles than this for each block of samples, halves of blocks are leaves of their own: blocks save what
 /// is done once a leaf, halves save tests. With 4 simple scenes take three hundredths longer, with no limit the statue takes eight.
 pub(super) const DENSE: usize = 8;

@@ -13,7 +13,7 @@ use super::leaves::{Gathered, LOOSE, LOW, Leaf, Loose, bounds_of, load_loose};
 use super::order::{LeafPlace, counting_sort, entry_keys};
 use super::pairs::{Memory, State, test};
 use super::prefetch::prefetch;
-use super::tuning::{DENSE, FEW, FIRST_LEAVES, LEAVES};
+use super::tuning::{DENSE, FEW, FIRST_LEAVES, LEAVES, MOST_LEAVES};
 use crate::methods::leaf::LeafCounts;
 
 /// What all workers share.
@@ -142,57 +142,57 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     let Scratch {
         entries, eights, entry_keys, ids, chunk, leaves, loose, state, memory, words, counts, ..
     } = scratch;
-    let count = entries.len();
     let setup = Setup::new(pass, tile);
     apart(
         s,
         #[inline(always)]
-        || {
-            sort_singles(s, pass, tile, entries, entry_keys, ids);
-            state.start(s, leaves);
-        },
+        || sort_singles(s, pass, tile, entries, entry_keys, ids),
     );
     // Large ones come first: one may cover the tile.
     let large = entries.iter().filter(|entry| entry.at == LARGE).count();
-    let eights = Eights { ids: ids.as_chunks().0, count, more: eights };
+    let eights = Eights { ids: ids.as_chunks().0, count: entries.len(), more: eights };
     let at_once = if sort { large.div_ceil(8) } else { eights.len() };
-    // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
-    let mut next = 0;
-    while next < eights.len() {
-        let is_first = next == 0;
-        if is_first {
-            ask_for(pass, leaves.iter().take(FIRST_LEAVES));
-        }
-        if apart(
+    for leaves in leaves.chunks(MOST_LEAVES) {
+        apart(
             s,
             #[inline(always)]
-            || chunk.fill(s, pass, &setup, &eights, &mut next, at_once, counts),
-        ) {
-            cover(pass, tile, words);
-            counts.node_accept += 1;
-            return;
-        }
-        let step = if is_first { FIRST_LEAVES } else { LEAVES };
-        for first in (0..leaves.len()).step_by(step) {
+            || state.start(s, leaves),
+        );
+        // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
+        let mut next = 0;
+        while next < eights.len() && state.is_alive() {
+            let is_first = next == 0;
             if is_first {
-                ask_for(pass, leaves.iter().skip(first + step).take(step));
+                ask_for(pass, leaves.iter().take(FIRST_LEAVES));
             }
-            let some = &leaves[first..leaves.len().min(first + step)];
-            apart(
+            if apart(
                 s,
                 #[inline(always)]
-                || test(s, pass, &setup, chunk, some, loose, first, is_first, state, memory, counts),
-            );
+                || chunk.fill(s, pass, &setup, &eights, &mut next, at_once, counts),
+            ) {
+                cover(pass, tile, words);
+                counts.node_accept += 1;
+                return;
+            }
+            let step = if is_first { FIRST_LEAVES } else { LEAVES };
+            for first in (0..leaves.len()).step_by(step) {
+                if is_first {
+                    ask_for(pass, leaves.iter().skip(first + step).take(step));
+                }
+                let some = &leaves[first..leaves.len().min(first + step)];
+                apart(
+                    s,
+                    #[inline(always)]
+                    || test(s, pass, &setup, chunk, some, loose, first, is_first, state, memory, counts),
+                );
+            }
         }
-        if !state.is_alive() {
-            break;
-        }
+        apart(
+            s,
+            #[inline(always)]
+            || state.finish(s, pass, leaves, loose, words, counts),
+        );
     }
-    apart(
-        s,
-        #[inline(always)]
-        || state.finish(s, pass, leaves, loose, words, counts),
-    );
 }
 
 /// Triangles on their own, by place: up to whole eights, the last once more.
