@@ -94,6 +94,7 @@ pub(super) struct Counts {
     pub(super) node_accept: u64,
 }
 
+/// Vectors of triangles that are asked for ahead: hardware knows the row, but stops at each page.
 const AHEAD: usize = 8;
 
 /// Triangles until none is left, or the lists are full. What was left the last time comes first.
