@@ -309,13 +309,17 @@ impl Tiles {
     }
 
     /// The tile that takes all samples within packed bounds: they may stick out of its square by the margin. `None` if no tile takes
-    /// them all.
+    /// them all,
+    /// or, unless `crowded`, if they are in a crowded cell, where finding it out takes time.
     #[inline(always)]
-    pub(super) fn home<S: Simd>(&self, s: S, face: usize, sides: f32x8<S>) -> Option<u32> {
+    pub(super) fn home<S: Simd>(&self, s: S, face: usize, sides: f32x8<S>, crowded: bool) -> Option<u32> {
         let grid = &self.grids[face];
         let [x0, y0, _, _, x1, y1, _, _] = grid.fit.ends(s, sides);
         let at = grid.at((x0 + x1) / 2, (y0 + y1) / 2);
         if at & GRID != 0 {
+            if !crowded {
+                return None;
+            }
             let tile = self.find(face, sides[0], sides[1]);
             return (tile == self.find(face, -sides[4], -sides[5])).then_some(tile);
         }

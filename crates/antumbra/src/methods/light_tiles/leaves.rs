@@ -244,7 +244,7 @@ fn settle<S: Simd>(s: S, pass: &Pass<'_>, batch: &mut Batch, out: &mut Gathered)
     let mut tiles = [NOTHING; BATCH];
     for i in 0..batch.len {
         let (sides, face) = (f32x8::load_array_ref(s, &batch.sides[i]), batch.blocks[i].1 as usize);
-        let tile = pass.tiles.home(s, face, sides).unwrap_or(NOTHING);
+        let tile = pass.tiles.home(s, face, sides, true).unwrap_or(NOTHING);
         tiles[i] = if shallow(sides, pass.band[face]) { tile } else { NOTHING };
     }
     for i in 0..batch.len {
@@ -413,7 +413,7 @@ fn part_face<S: Simd>(
     let (mut left, mut alone) = (mask, 0);
     let (mut tiles, mut known) = ([u32x8::splat(s, NOTHING); 2], false);
     if shallow(sides, pass.band[face]) {
-        if let Some(tile) = pass.tiles.home(s, face, sides) {
+        if let Some(tile) = pass.tiles.home(s, face, sides, true) {
             add(s, out, tile, sides, block, place(mask));
             return;
         }
@@ -437,7 +437,7 @@ fn part_face<S: Simd>(
         let mut only = c;
         repeat(s, &mut only, part);
         let sides = bounds(s, &only);
-        if let Some(tile) = pass.tiles.home(s, face, sides) {
+        if let Some(tile) = pass.tiles.home(s, face, sides, false) {
             add(s, out, tile, sides, block, place(part));
         } else {
             if !known {
