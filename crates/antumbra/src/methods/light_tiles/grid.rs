@@ -309,8 +309,7 @@ impl Tiles {
     }
 
     /// The tile that takes all samples within packed bounds: they may stick out of its square by the margin. `None` if no tile takes
-    /// them all,
-    /// or, unless `crowded`, if they are in a crowded cell, where finding it out takes time.
+    /// them all; or, unless `crowded`, if they are in a crowded cell, where finding that out takes time.
     #[inline(always)]
     pub(super) fn home<S: Simd>(&self, s: S, face: usize, sides: f32x8<S>, crowded: bool) -> Option<u32> {
         let grid = &self.grids[face];
