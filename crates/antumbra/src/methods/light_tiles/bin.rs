@@ -15,7 +15,7 @@ use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
 use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
-use super::prefetch::prefetch;
+use super::prefetch::prefetch_eight;
 use super::shuffle::corners;
 use super::tuning::{FEW_CELLS, LEAST_EIGHT, TRIANGLES};
 
@@ -113,10 +113,7 @@ pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
                 return;
             }
             let end = out.left.end.min(out.left.start + 8);
-            let numbers = pass.triangles.as_flattened().as_flattened();
-            for line in 0..5 {
-                prefetch(numbers, 9 * (out.left.start + 8 * AHEAD) + 16 * line);
-            }
+            prefetch_eight(pass.triangles, out.left.start + 8 * AHEAD);
             eight(s, pass, out.left.start, end - out.left.start, out);
             out.left.start = end;
         }

@@ -6,7 +6,7 @@ use fearless_simd::Simd;
 
 use super::boxes::Boxes;
 use super::frame::Frame;
-use super::prefetch::prefetch;
+use super::prefetch::{prefetch, prefetch_eight};
 use super::shuffle::corners;
 use super::work::{Counts, Pass};
 
@@ -44,17 +44,15 @@ impl Eights<'_> {
     /// The triangles will be needed soon.
     #[inline(always)]
     fn ask_for(&self, pass: &Pass<'_>, i: usize) {
-        let numbers = pass.triangles.as_flattened().as_flattened();
         if let Some(ids) = self.ids.get(i) {
+            let numbers = pass.triangles.as_flattened().as_flattened();
             for &id in ids {
                 // More than half of them lie in two cache lines.
                 prefetch(numbers, 9 * id as usize);
                 prefetch(numbers, 9 * id as usize + 8);
             }
         } else if let Some((first, _)) = self.more.get(i - self.ids.len()) {
-            for line in 0..5 {
-                prefetch(numbers, 9 * *first as usize + 16 * line);
-            }
+            prefetch_eight(pass.triangles, *first as usize);
         }
     }
 }
