@@ -17,6 +17,7 @@ struct Tally {
     covering: u32,
     flipped: u32,
     culled: u32,
+    beside: u32,
     within: u32,
     free: u32,
     blocked: u32,
@@ -84,6 +85,12 @@ fn test_at(
     let all = |v: &[f32; 8]| [std::array::from_fn(|i| v[i % 8]); 2];
     let [u, v, w]: [[[f32; 16]; 2]; 3] = [all(&p[0]), all(&p[1]), all(&p[2])];
     dispatch!(level, s => block.test(s, lane, [&u, &v, &w], sign, alive, within))
+}
+
+/// Directions, sixteen a vector, of which callers count the first.
+fn not_beside_at(level: Level, block: &TileBlock, lane: usize, at: &[Point]) -> u32 {
+    let [x, y] = [0, 1].map(|k| std::array::from_fn(|i| at[i.min(at.len() - 1)][k]));
+    dispatch!(level, s => block.not_beside(s, lane, [&x, &y]))
 }
 
 fn plane_at(level: Level, plane: &PlaneResolver, p: &[[f32; 8]; 3]) -> (u8, u8) {
@@ -181,6 +188,8 @@ fn check(level: Level, case: &Case, face: usize, live: u8, truth: &[[Truth; 16];
                 assert_eq!(found.blocked & !again.blocked, 0, "{level:?}, face {face}, lane {lane}");
                 assert_eq!(again.sides, 0, "sides are known");
             }
+            let at: Vec<Point> = part.iter().map(|s| s.1).collect();
+            let not_beside = not_beside_at(level, &block, lane, &at);
             let plane = PlaneResolver::new(t, case.light);
             let plane = plane.map(|plane| plane_at(level, &plane, &world));
             for (bit, &(i, _)) in part.iter().enumerate() {
@@ -189,6 +198,8 @@ fn check(level: Level, case: &Case, face: usize, live: u8, truth: &[[Truth; 16];
                     || format!("{level:?}, face {face}: {}", line(t, case.light, case.samples[i], truth));
                 assert!(maybe >> lane & 1 == 1 || !truth.blocks, "culled: {}", wrong());
                 assert!(covers >> lane & 1 == 0 || truth.blocks, "region covered: {}", wrong());
+                tally.beside += u32::from(not_beside >> bit & 1 == 0);
+                assert!(not_beside >> bit & 1 == 1 || !truth.blocks, "beside: {}", wrong());
                 assert!(!inside || truth.sides == [truth.facing; 3], "within: {}", wrong());
                 let is = |mask: u32| mask >> (8 + bit) & 1 == 1;
                 match (is(found.blocked), is(found.plane), is(found.sides)) {
@@ -236,7 +247,12 @@ fn certain_is_true_for_tiles() {
     for (level, t) in levels.iter().zip(&tallies) {
         println!("{level:?}: {t:?}");
         assert!(
-            t.rejected > 1000 && t.covering > 100 && t.flipped > 100 && t.culled > 1000 && t.within > 100,
+            t.rejected > 1000
+                && t.covering > 100
+                && t.flipped > 100
+                && t.culled > 1000
+                && t.beside > 3000
+                && t.within > 100,
             "{t:?}"
         );
         assert!(t.free > 3000 && t.blocked > 1000 && t.open_plane > 300 && t.open_sides > 1000, "{t:?}");

@@ -4,7 +4,7 @@ use antumbra_predicates::tile::{Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
 use fearless_simd::Simd;
 
-use super::boxes::Boxes;
+use super::boxes::Hull;
 use super::frame::Frame;
 use super::prefetch::{prefetch, prefetch_eight};
 use super::shuffle::corners;
@@ -120,7 +120,9 @@ impl Prepared {
 #[derive(Debug)]
 pub(super) struct Chunk {
     pub(super) blocks: [Prepared; BLOCKS],
-    pub(super) boxes: Boxes,
+    pub(super) hulls: [Hull; BLOCKS],
+    /// Blocks in use.
+    pub(super) used: usize,
     /// Not prepared yet; bits are blocks.
     fresh: u8,
 }
@@ -128,7 +130,7 @@ pub(super) struct Chunk {
 impl Default for Chunk {
     fn default() -> Chunk {
         let empty = Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 };
-        Chunk { blocks: [empty; BLOCKS], boxes: Boxes::NOWHERE, fresh: 0 }
+        Chunk { blocks: [empty; BLOCKS], hulls: [[0.0; 5]; BLOCKS], used: 0, fresh: 0 }
     }
 }
 
@@ -146,7 +148,6 @@ impl Chunk {
         at_once: usize,
         counts: &mut Counts,
     ) -> bool {
-        self.boxes = Boxes::NOWHERE;
         self.fresh = 0;
         let mut used = 0;
         let Frame { axis, sign } = setup.frame;
@@ -173,11 +174,12 @@ impl Chunk {
             }
             *next += 1;
             if prepared.live != 0 {
-                self.boxes.set(used, prepared.block.hull(s, prepared.live));
+                self.hulls[used] = prepared.block.hull(s, prepared.live);
                 self.fresh |= u8::from(!now) << used;
                 used += 1;
             }
         }
+        self.used = used;
         false
     }
 

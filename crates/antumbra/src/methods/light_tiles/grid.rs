@@ -12,7 +12,11 @@ use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 use rayon::prelude::*;
 
 use super::frame::FACES;
-use super::tuning::{CROWDED, DEPTH, LEAST_POINTS, LEVELS, SPARE, SPARE_CROWDED, TILE_POINTS, TILES};
+use super::layout::BLOCK;
+use super::tuning::{
+    CROWDED, DEPTH, EVERY, LEAST_POINTS, LEVELS, SPARE, SPARE_CROWDED, TILE_POINTS, TILE_POINTS_LEAST,
+    TILE_POINTS_MOST, TILES,
+};
 
 /// Marks an entry of a node or of a cell that is not a tile: a node.
 pub(super) const NODE: u32 = 1 << 31;
@@ -254,6 +258,7 @@ impl Tiles {
         points: &[Point],
         bounds: &[Region; FACES],
         counts: &[usize; FACES],
+        triangles: usize,
         margin: u32,
     ) {
         self.margin = margin;
@@ -261,7 +266,10 @@ impl Tiles {
             self.grids.resize_with(FACES, Grid::default);
         }
         let there = counts.iter().sum::<usize>() as u32;
-        let limit = (there / TILES).clamp(LEAST_POINTS, TILE_POINTS);
+        let samples = there as f32 * (EVERY * BLOCK) as f32;
+        let most = TILE_POINTS * (samples / triangles.max(1) as f32).sqrt();
+        let most = most.clamp(TILE_POINTS_LEAST, TILE_POINTS_MOST);
+        let limit = (there / TILES).clamp(LEAST_POINTS, most as u32);
         self.limit = limit;
         // Faces do not touch.
         self.grids.par_iter_mut().take(FACES).enumerate().for_each(|(face, grid)| {

@@ -74,6 +74,11 @@ impl Layout {
         start + sample % HALF / 4 * line + sample / HALF * 4 + sample % 4
     }
 
+    /// From block to block of a row.
+    pub(super) fn step(&self) -> usize {
+        self.step
+    }
+
     /// Row and column of a block.
     #[inline(always)]
     fn place(&self, block: usize) -> (usize, usize) {

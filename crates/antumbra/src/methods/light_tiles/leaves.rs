@@ -14,10 +14,13 @@ use super::lists::Lists;
 use super::prefetch::prefetch;
 use super::shuffle::{columns, least_of_halves, two};
 use super::tuning::{BLOCK_LEAVES, LEAST_PART};
-use crate::mask::NONE;
+use crate::mask::{LIT, NONE};
 
 /// Numbers that are asked for ahead in each line of a block: eight blocks of a picture.
 const AHEAD: usize = 8 * 24;
+
+/// Blocks whose sample is asked for ahead when tiles are chosen.
+const LOOK_AHEAD: usize = 32;
 
 /// Samples of one block that the light sees close together: packed bounds ([`Region::pack`]), with the block as number 3, and one
 /// bit a sample of the block as number 7.
@@ -152,7 +155,9 @@ pub(super) fn look(
         let (start, line) = layout.corner(row * layout.columns + column);
         // One of a row in the middle, now here, now there: what alternates from pixel to pixel must not hide. Others of the row if there
         // is none. Points only say where tiles should be small.
-        let x = (column as u32).wrapping_mul(0x9e37_79b9) as usize >> 29;
+        let choice = |column: usize| (column as u32).wrapping_mul(0x9e37_79b9) as usize >> 29;
+        prefetch(positions, start + (line + LOOK_AHEAD * layout.step() + choice(column + LOOK_AHEAD)));
+        let x = choice(column);
         for i in [x, x ^ 5, x ^ 2, x ^ 7].map(|x| line + x) {
             // At the right border this may be a sample of another line: no harm either.
             let Some(&p) = positions.get(start + i).filter(|p| !p[0].is_nan()) else { continue };
@@ -175,12 +180,17 @@ pub(super) struct Pass<'a> {
     pub(super) tiles: &'a Tiles,
     /// By face: [`super::tuning::DEPTH_BAND`], less where the whole face is at one depth.
     pub(super) band: [f32; FACES],
+    /// Rows of blocks of the mask that are filled with "lit" already.
+    pub(super) filled: usize,
 }
 
-/// A row of blocks: sorts its samples into tiles. `mask` (of the samples of the row) is all "lit"; what does not exist becomes "none".
+/// A row of blocks: sorts its samples into tiles. `mask` (of the samples of the row) becomes "lit", or "none" where there is no sample.
 #[inline(always)]
 pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8], out: &mut Gathered) {
     let layout = pass.layout;
+    if row >= pass.filled {
+        mask.fill(LIT);
+    }
     let mut batch = Batch::new();
     for column in 0..layout.columns {
         let block = row * layout.columns + column;
@@ -487,14 +497,14 @@ fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
 /// Packed bounds of sixteen samples that are known to have a direction within a face.
 #[inline(always)]
 pub(super) fn bounds_of<S: Simd>(s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
-    bounds(s, &directions(s, face, light, p))
+    bounds(s, &directions(s, Frame::of(face), light, p))
 }
 
 /// x, y, r of such samples.
 #[inline(always)]
 pub(super) fn directions<S: Simd>(
     s: S,
-    face: usize,
+    frame: Frame,
     l: [f32; 3],
     p: &[[f32x8<S>; 2]; 3],
 ) -> [[f32x8<S>; 2]; 3] {
@@ -503,7 +513,7 @@ pub(super) fn directions<S: Simd>(
         [p[1][0] - l[1], p[1][1] - l[1]],
         [p[2][0] - l[2], p[2][1] - l[2]],
     ];
-    seen(s, Frame::of(face).turn_all(q))
+    seen(s, frame.turn_all(q))
 }
 
 /// x, y, r of samples from the light, in the frame of a face.

@@ -7,7 +7,7 @@
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: tile by tile, [`chunk`]: eight blocks of eight of a tile's triangles at a time,
-//! 5. [`pairs`]: leaves are tested against the blocks, then their triangles, then sample by sample.
+//! 5. [`pairs`]: blocks are tested against the leaves, then their triangles, then sample by sample; [`state`] is what is known of the samples.
 //!
 //! All culling is interval arithmetic with the bounds of `antumbra_predicates::tile`; samples are decided by the shared
 //! leaf test, f64 and exact arithmetic.
@@ -28,6 +28,7 @@ mod order;
 mod pairs;
 mod prefetch;
 mod shuffle;
+mod state;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -138,9 +139,9 @@ impl Method for LightTiles {
         self.scratch.resize_with(workers, Default::default);
 
         let margin = if triangles.len() <= positions.len() / WIDE { 2 } else { 1 };
-        let band = self.choose_tiles(&layout, positions, light, margin, mask);
+        let (band, filled) = self.choose_tiles(&layout, positions, light, triangles.len(), margin, mask);
         stats.stage("choose_tiles");
-        self.gather(isa, &layout, positions, light, band, mask);
+        self.gather(isa, &layout, positions, light, band, filled, mask);
         stats.stage("gather_samples");
         let mut rounds = 0u64;
         let next_triangle = AtomicUsize::new(0);
@@ -193,15 +194,17 @@ impl Method for LightTiles {
 }
 
 impl LightTiles {
-    /// Stage 1: chooses tiles, and fills the mask with "lit" meanwhile. Returns the depth band of each face.
+    /// Stage 1: chooses tiles, and fills rows of blocks of the mask with "lit" meanwhile. Returns the depth band of each face, and how many
+    /// rows were filled.
     fn choose_tiles(
         &mut self,
         layout: &Layout,
         positions: &[[f32; 3]],
         light: [f32; 3],
+        triangles: usize,
         margin: u32,
         mask: &mut [u8],
-    ) -> [f32; FACES] {
+    ) -> ([f32; FACES], usize) {
         let columns = layout.columns;
         self.points.resize(columns * layout.rows.div_ceil(EVERY), Point { face: NOTHING, at: [0.0; 2] });
         let empty = ([Region::EMPTY; FACES], [0; FACES]);
@@ -217,10 +220,21 @@ impl LightTiles {
                 },
             );
         let Self { tiles, points, .. } = self;
-        tiles.count(points, &bounds, &counts, margin);
-        // Choosing is serial; who has nothing to do does something useful, and stays awake.
-        rayon::join(|| tiles.choose(points), || mask.fill(LIT));
-        bounds.map(|b| if b.hi[2] > 0.0 { tuning::DEPTH_BAND * (1.0 - b.lo[2] / b.hi[2]) } else { 0.0 })
+        tiles.count(points, &bounds, &counts, triangles, margin);
+        // Choosing is serial; who has nothing to do does something useful meanwhile, and stays awake.
+        let chosen = AtomicBool::new(false);
+        let choose = || {
+            tiles.choose(points);
+            chosen.store(true, Relaxed);
+        };
+        let fill = || {
+            let rows = mask.chunks_mut(layout.row_samples().max(1));
+            rows.take_while(|_| !chosen.load(Relaxed)).map(|row| row.fill(LIT)).count()
+        };
+        let filled = rayon::join(choose, fill).1;
+        let band =
+            bounds.map(|b| if b.hi[2] > 0.0 { tuning::DEPTH_BAND * (1.0 - b.lo[2] / b.hi[2]) } else { 0.0 });
+        (band, filled)
     }
 
     /// Stage 2.
@@ -231,11 +245,12 @@ impl LightTiles {
         positions: &[[f32; 3]],
         light: [f32; 3],
         band: [f32; FACES],
+        filled: usize,
         mask: &mut [u8],
     ) {
         let level = simd_level(isa);
         let tiles = self.tiles.len();
-        let pass = leaves::Pass { layout, positions, light, tiles: &self.tiles, band };
+        let pass = leaves::Pass { layout, positions, light, tiles: &self.tiles, band, filled };
         // Each worker takes the next row of blocks, and with it the slice of the mask that it fills.
         let rows = Mutex::new(mask.chunks_mut(layout.row_samples()).enumerate());
         self.gathered.par_iter_mut().with_max_len(1).for_each(|worker| {

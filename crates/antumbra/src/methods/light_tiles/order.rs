@@ -4,6 +4,7 @@ use antumbra_predicates::tile::Region;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 
 use super::bin::{Entry, LARGE};
+use super::frame::Frame;
 use super::grid::{MAGIC, PLACES, Tiles};
 use super::layout::HALF;
 use super::leaves::directions;
@@ -36,7 +37,7 @@ impl LeafPlace {
         light: [f32; 3],
         p: &[[f32x8<S>; 2]; 3],
     ) -> [u32; HALF] {
-        let [x, y, r] = directions(s, face, light, p);
+        let [x, y, r] = directions(s, Frame::of(face), light, p);
         let mut keys = [0; HALF];
         for h in 0..2 {
             let (x, y, r) = (self.step(0, x[h], 15.0), self.step(1, y[h], 15.0), self.step(2, r[h], 3.0));

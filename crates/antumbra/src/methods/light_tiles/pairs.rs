@@ -1,139 +1,85 @@
-//! Leaves against eight blocks of eight triangles, in three flat loops: leaves against the bounds of blocks; what is left of that against the
+//! Leaves against eight blocks of eight triangles, in flat loops: the bounds of blocks against leaves; what is left of that against the
 //! triangles of the blocks; what is left of that, pairs of a leaf and a triangle, sample by sample. Loops within loops would end at moments
 //! that no processor can foretell.
 
 use std::array::from_ref;
 
-use antumbra_predicates::plane::PlaneResolver;
-use antumbra_predicates::resolve::{Decided, Resolver};
-use antumbra_predicates::tile::Part;
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, u32x16};
 
+use super::boxes::SIXTEEN;
 use super::chunk::{Chunk, Setup};
+use super::frame::Frame;
 use super::layout::HALF;
-use super::leaves::{LOOSE, LOW, Leaf, Loose, load_loose};
+use super::leaves::LOW;
+use super::state::{Open, Points, State};
 use super::tuning::LEAVES;
 use super::work::{Counts, Pass};
 
-/// A triangle and the samples of a leaf for which f32 was not enough.
-#[derive(Clone, Copy, Debug)]
-struct Open {
-    id: u32,
-    leaf: u32,
-    plane: u32,
-    sides: u32,
-}
-
-/// Samples of a leaf: world coordinates of two times sixteen. What lanes without a sample hold does not matter.
-type Points = [[[f32; HALF]; 2]; 3];
-
-/// The leaves of a tile while its triangles go by.
-#[derive(Debug, Default)]
-pub(super) struct State {
-    parts: Vec<Part>,
-    /// Samples that are not known to be in shadow. Those of half a block are the first sixteen, whichever half it is.
-    alive: Vec<u32>,
-    points: Vec<Points>,
-    open: Vec<Open>,
-}
-
-impl State {
-    /// Nothing is known yet.
-    #[inline(always)]
-    pub(super) fn start<S: Simd>(&mut self, s: S, leaves: &[Leaf]) {
-        self.parts.clear();
-        self.alive.clear();
-        self.open.clear();
-        for leaf in leaves {
-            self.parts.push(Part::new(s, leaf.sides(s)));
-            self.alive.push(leaf.mask() >> shift(leaf));
-        }
-        // What is in them does not matter yet.
-        if self.points.len() < leaves.len() {
-            self.points.resize(leaves.len(), [[[0.0; HALF]; 2]; 3]);
-        }
-    }
-
-    /// Whether some sample is not known to be in shadow.
-    pub(super) fn is_alive(&self) -> bool {
-        self.alive.iter().any(|alive| *alive != 0)
-    }
-
-    /// Decides what f32 could not, and notes the samples that are in shadow.
-    #[inline(always)]
-    pub(super) fn finish<S: Simd>(
-        &mut self,
-        s: S,
-        pass: &Pass<'_>,
-        leaves: &[Leaf],
-        loose: &[Loose],
-        words: &mut [u32],
-        counts: &mut Counts,
-    ) {
-        let State { alive, points, open, .. } = self;
-        for o in open.iter() {
-            let leaf = o.leaf as usize;
-            let (plane, sides) = (o.plane & alive[leaf], o.sides & alive[leaf]);
-            if plane | sides != 0 {
-                alive[leaf] &= !resolve(s, pass, o.id, &points[leaf], plane, sides, counts);
-            }
-        }
-        for (leaf, alive) in leaves.iter().zip(alive) {
-            note(words, loose, leaf, leaf.mask() & !(*alive << shift(leaf)));
-        }
-    }
-}
+/// Pairs whose samples are first held against the sides alone, in one go.
+const PAIRS: usize = 64;
 
 /// Memory that is not worth clearing each time.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(super) struct Memory {
     /// Leaf, and three bits of the block.
-    boxes: [u16; 8 * LEAVES],
+    boxes: [u16; 8 * LEAVES + 8],
     /// The same, and three bits of the lane.
     pairs: [u16; 64 * LEAVES],
     /// By leaf and block.
     within: [u8; 8 * LEAVES],
+    /// Pairs, and the samples that are not beside the triangle.
+    left: [(u16, u16); PAIRS],
 }
 
 impl Default for Memory {
     fn default() -> Memory {
-        Memory { boxes: [0; 8 * LEAVES], pairs: [0; 64 * LEAVES], within: [0; 8 * LEAVES] }
+        Memory {
+            boxes: [0; 8 * LEAVES + 8],
+            pairs: [0; 64 * LEAVES],
+            within: [0; 8 * LEAVES],
+            left: [(0, 0); PAIRS],
+        }
     }
 }
 
-/// Tests up to [`LEAVES`] leaves, from number `first` on. If `load`, their samples have not been loaded yet.
+/// Tests up to [`LEAVES`] leaves of a tile, from number `first` on (a multiple of sixteen). In a dense tile, where leaves have sixteen samples at most, pairs
+/// are first held against the sides alone: most samples are beside most triangles.
 #[inline(always)]
-pub(super) fn test<S: Simd>(
+pub(super) fn test<S: Simd, const IS_DENSE: bool>(
     s: S,
     pass: &Pass<'_>,
     setup: &Setup,
     chunk: &mut Chunk,
-    leaves: &[Leaf],
-    loose: &[Loose],
-    first: usize,
-    load: bool,
+    range: std::ops::Range<usize>,
     state: &mut State,
     memory: &mut Memory,
     counts: &mut Counts,
 ) {
-    let Memory { boxes, pairs, within } = memory;
-    let State { parts, alive, points, open } = state;
-    let (parts, alive, points) = (&parts[first..], &mut alive[first..], &mut points[first..]);
-    if load {
-        for (leaf, points) in leaves.iter().zip(&mut *points) {
-            load_points(s, pass, leaf, loose, points);
-        }
+    let Memory { boxes, pairs, within, left } = memory;
+    let first = range.start;
+    let State { parts, boxes: bounds, alive, points, seen, open } = state;
+    let (parts, alive, points) = (&parts[range.clone()], &mut alive[first..], &points[range.clone()]);
+    let bounds = &bounds[first / SIXTEEN..range.end.div_ceil(SIXTEEN)];
+    let mut there = [0; LEAVES / SIXTEEN];
+    for (there, alive) in there.iter_mut().zip(alive.as_chunks().0) {
+        *there = u32x16::load_array_ref(s, alive).simd_gt(0).to_bitmask() as u32;
     }
     let (mut count, mut all_near) = (0, 0);
-    for i in 0..leaves.len() {
-        let near = if alive[i] == 0 { 0 } else { chunk.boxes.near(s, &parts[i]) };
-        let next = &mut boxes[count..][..8];
-        for k in 0..8 {
-            next[k] = BITS[near as usize][k] + 8 * i as u16;
+    for block in 0..chunk.used {
+        let (hull, before) = (chunk.hulls[block], count);
+        for (i, (bounds, there)) in bounds.iter().zip(there).enumerate() {
+            let near = bounds.near(s, hull) & there;
+            for (half, near) in [near & 0xff, near >> 8].into_iter().enumerate() {
+                let at = (8 * (SIXTEEN * i + 8 * half) + block) as u16;
+                let next = &mut boxes[count..][..8];
+                for k in 0..8 {
+                    next[k] = 8 * BITS[near as usize][k] + at;
+                }
+                count += near.count_ones() as usize;
+            }
         }
-        count += near.count_ones() as usize;
-        all_near |= near;
+        all_near |= u8::from(count != before) << block;
     }
     chunk.make_ready(s, pass, setup, all_near, counts);
     let mut pair_count = 0;
@@ -158,41 +104,112 @@ pub(super) fn test<S: Simd>(
         }
         pair_count += maybe.count_ones() as usize;
     }
-    let [u, v, w] = setup.frame.axis;
-    let sign = setup.frame.sign;
+    let pairs = &pairs[..pair_count];
+    let found = Found { chunk, within, points, first, frame: setup.frame };
+    if IS_DENSE {
+        test_left(s, found, pairs, &seen[range], left, alive, open, counts);
+    } else {
+        test_all(s, found, pairs, alive, open, counts);
+    }
+}
+
+/// Where pairs lead to.
+#[derive(Clone, Copy)]
+struct Found<'a> {
+    chunk: &'a Chunk,
+    within: &'a [u8; 8 * LEAVES],
+    points: &'a [Points],
+    first: usize,
+    frame: Frame,
+}
+
+/// Samples of whole and half blocks.
+#[inline(always)]
+fn test_all<S: Simd>(
+    s: S,
+    found: Found<'_>,
+    pairs: &[u16],
+    alive: &mut [u32],
+    open: &mut Vec<Open>,
+    counts: &mut Counts,
+) {
     let (mut tests, mut done) = (0, 0);
-    for &pair in &pairs[..pair_count] {
-        let (at, lane) = (usize::from(pair >> 3), usize::from(pair & 7));
-        let leaf = at >> 3;
-        let of_leaf = alive[leaf];
-        if of_leaf == 0 {
-            continue;
-        }
-        tests += u64::from(of_leaf.count_ones());
-        done += 1;
-        let prepared = &chunk.blocks[at & 7];
-        let inside = within[at % within.len()] >> lane & 1 == 1;
-        let p = &points[leaf];
-        let tested = if of_leaf <= LOW {
-            let first = [from_ref(&p[u][0]), from_ref(&p[v][0]), from_ref(&p[w][0])];
-            prepared.block.test(s, lane, first, sign, of_leaf, inside)
-        } else {
-            prepared.block.test(s, lane, [&p[u], &p[v], &p[w]], sign, of_leaf, inside)
-        };
-        alive[leaf] = of_leaf & !tested.blocked;
-        if tested.plane | tested.sides != 0 {
-            let (plane, sides) = (tested.plane, tested.sides);
-            open.push(Open { id: prepared.ids[lane], leaf: (first + leaf) as u32, plane, sides });
+    for &pair in pairs {
+        let samples = alive[usize::from(pair >> 6)];
+        if samples != 0 {
+            tests += u64::from(samples.count_ones());
+            done += 1;
+            found.test::<S, true>(s, pair, samples, alive, open);
         }
     }
     counts.pairs += done;
     counts.leaf.leaf_tests += tests;
 }
 
-/// Of half a block that is the right one, how far its samples are moved to be the first.
+/// Up to sixteen samples a leaf, and only those that are not beside the triangle by their directions (`seen`).
 #[inline(always)]
-fn shift(leaf: &Leaf) -> usize {
-    if leaf.mask() & LOW == 0 { HALF } else { 0 }
+fn test_left<S: Simd>(
+    s: S,
+    found: Found<'_>,
+    pairs: &[u16],
+    seen: &[[[f32; HALF]; 2]],
+    left: &mut [(u16, u16); PAIRS],
+    alive: &mut [u32],
+    open: &mut Vec<Open>,
+    counts: &mut Counts,
+) {
+    let mut tests = 0;
+    for pairs in pairs.chunks(PAIRS) {
+        let mut count = 0;
+        for &pair in pairs {
+            let (leaf, lane) = (usize::from(pair >> 6), usize::from(pair & 7));
+            let [x, y] = &seen[leaf];
+            let block = &found.chunk.blocks[usize::from(pair >> 3) & 7].block;
+            let samples = block.not_beside(s, lane, [x, y]) & alive[leaf];
+            // Whether any is left cannot be foretold: no branch.
+            left[count % PAIRS] = (pair, samples as u16);
+            count += usize::from(samples != 0);
+        }
+        for &(pair, samples) in &left[..count] {
+            let samples = u32::from(samples) & alive[usize::from(pair >> 6)];
+            if samples != 0 {
+                tests += u64::from(samples.count_ones());
+                found.test::<S, false>(s, pair, samples, alive, open);
+            }
+        }
+    }
+    counts.pairs += pairs.len() as u64;
+    counts.leaf.leaf_tests += tests;
+}
+
+impl Found<'_> {
+    /// Some samples of a leaf, all four tests.
+    #[inline(always)]
+    fn test<S: Simd, const MAY_BE_WHOLE: bool>(
+        self,
+        s: S,
+        pair: u16,
+        samples: u32,
+        alive: &mut [u32],
+        open: &mut Vec<Open>,
+    ) {
+        let (at, leaf, lane) = (usize::from(pair >> 3), usize::from(pair >> 6), usize::from(pair & 7));
+        let prepared = &self.chunk.blocks[at & 7];
+        let inside = self.within[at % self.within.len()] >> lane & 1 == 1;
+        let Frame { axis: [u, v, w], sign } = self.frame;
+        let p = &self.points[leaf];
+        let tested = if MAY_BE_WHOLE && samples > LOW {
+            prepared.block.test(s, lane, [&p[u], &p[v], &p[w]], sign, samples, inside)
+        } else {
+            let first = [from_ref(&p[u][0]), from_ref(&p[v][0]), from_ref(&p[w][0])];
+            prepared.block.test(s, lane, first, sign, samples, inside)
+        };
+        alive[leaf] &= !tested.blocked;
+        if tested.plane | tested.sides != 0 {
+            let (plane, sides) = (tested.plane, tested.sides);
+            open.push(Open { id: prepared.ids[lane], leaf: (self.first + leaf) as u32, plane, sides });
+        }
+    }
 }
 
 /// The numbers of the bits that are set.
@@ -212,98 +229,3 @@ const BITS: [[u16; 8]; 256] = {
     }
     table
 };
-
-#[inline(always)]
-fn load_points<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose], points: &mut Points) {
-    let block = leaf.block();
-    let half = if block & LOOSE != 0 {
-        let first = (block & !LOOSE) as usize;
-        load_loose(s, &loose[first..loose.len().min(first + HALF)])
-    } else if leaf.is_whole() {
-        let whole = pass.layout.load(s, pass.positions, block as usize);
-        for k in 0..3 {
-            for i in 0..2 {
-                s.combine_f32x8(whole[k][2 * i], whole[k][2 * i + 1]).store_array(&mut points[k][i]);
-            }
-        }
-        return;
-    } else {
-        pass.layout.load_half(s, pass.positions, block as usize, usize::from(leaf.mask() & LOW == 0))
-    };
-    for k in 0..3 {
-        s.combine_f32x8(half[k][0], half[k][1]).store_array(&mut points[k][0]);
-    }
-}
-
-/// The samples that an open triangle blocks: f64, then exact arithmetic. `plane` and `sides` are those to decide.
-#[inline(never)]
-fn resolve<S: Simd>(
-    s: S,
-    pass: &Pass<'_>,
-    id: u32,
-    p: &Points,
-    plane: u32,
-    sides: u32,
-    counts: &mut Counts,
-) -> u32 {
-    s.vectorize(
-        #[inline(always)]
-        || {
-            let triangle = &pass.triangles[id as usize];
-            let mut blocked = 0;
-            let mut hard = sides;
-            counts.leaf.filter_f64 += u64::from((plane | hard).count_ones());
-            if plane != 0 {
-                if let Some(resolver) = PlaneResolver::new(triangle, pass.light) {
-                    for v in 0..2 {
-                        for half in 0..2 {
-                            let shift = HALF * v + 8 * half;
-                            if plane >> shift & 0xff == 0 {
-                                continue;
-                            }
-                            counts.plane_f64 += 1;
-                            let at = |v: &[f32; HALF]| f32x8::from_slice(s, &v[8 * half..8 * half + 8]);
-                            let (beyond, unsure) =
-                                resolver.lanes(s, [at(&p[0][v]), at(&p[1][v]), at(&p[2][v])]);
-                            blocked |= plane & u32::from(beyond) << shift;
-                            hard |= plane & u32::from(unsure) << shift;
-                        }
-                    }
-                } else {
-                    hard |= plane;
-                }
-            }
-            if hard != 0
-                && let Some(resolver) = Resolver::new(triangle, pass.light)
-            {
-                for i in (0..2 * HALF).filter(|i| hard >> i & 1 == 1) {
-                    let (blocks, decided) = resolver.blocks([
-                        p[0][i / HALF][i % HALF],
-                        p[1][i / HALF][i % HALF],
-                        p[2][i / HALF][i % HALF],
-                    ]);
-                    counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
-                    blocked |= u32::from(blocks) << i;
-                }
-            }
-            blocked
-        },
-    )
-}
-
-/// Notes samples of a leaf that are in shadow.
-#[inline(always)]
-fn note(words: &mut [u32], loose: &[Loose], leaf: &Leaf, shadowed: u32) {
-    if shadowed == 0 {
-        return;
-    }
-    if leaf.block() & LOOSE == 0 {
-        words[leaf.block() as usize] |= shadowed;
-        return;
-    }
-    let first = (leaf.block() & !LOOSE) as usize;
-    for i in (0..HALF).filter(|i| shadowed >> i & 1 == 1) {
-        let (block, sample) = loose[first + i].slot();
-        words[block] |= 1 << sample;
-    }
-}

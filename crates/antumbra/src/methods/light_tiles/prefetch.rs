@@ -20,6 +20,20 @@ pub(super) fn prefetch<T>(items: &[T], index: usize) {
     let _ = item;
 }
 
+/// The same, as far as the second cache: it waits for three times as many lines at once as the first one does.
+#[inline(always)]
+pub(super) fn prefetch_second<T>(items: &[T], index: usize) {
+    let item = items.as_ptr().wrapping_add(index);
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+        // SAFETY: as above.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(item.cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = item;
+}
+
 /// Asks for the eight triangles from `first` on.
 #[inline(always)]
 pub(super) fn prefetch_eight(triangles: &[Triangle], first: usize) {

@@ -11,9 +11,10 @@ use super::grid::Tiles;
 use super::layout::{HALF, Layout};
 use super::leaves::{Gathered, LOOSE, LOW, Leaf, Loose, bounds_of, load_loose};
 use super::order::{LeafPlace, counting_sort, entry_keys};
-use super::pairs::{Memory, State, test};
-use super::prefetch::prefetch;
-use super::tuning::{DENSE, FEW, FIRST_LEAVES, LEAVES, MOST_LEAVES};
+use super::pairs::{Memory, test};
+use super::prefetch::prefetch_second;
+use super::state::State;
+use super::tuning::{AHEAD, DENSE, FEW, FIRST_LEAVES, LEAVES, MOST_LEAVES};
 use crate::methods::leaf::LeafCounts;
 
 /// What all workers share.
@@ -130,7 +131,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     }
     let sort = scratch.triangles() > FEW;
     // Functions of their own: compilers take far more than twice the time for twice the length.
-    apart(
+    let dense = apart(
         s,
         #[inline(always)]
         || collect(s, pass, tile, sort, scratch),
@@ -156,14 +157,14 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         apart(
             s,
             #[inline(always)]
-            || state.start(s, leaves),
+            || state.start(s, leaves, dense),
         );
         // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
         let mut next = 0;
         while next < eights.len() && state.is_alive() {
             let is_first = next == 0;
             if is_first {
-                ask_for(pass, leaves.iter().take(FIRST_LEAVES));
+                ask_for(pass, leaves.iter().take(AHEAD));
             }
             if apart(
                 s,
@@ -176,15 +177,28 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
             }
             let step = if is_first { FIRST_LEAVES } else { LEAVES };
             for first in (0..leaves.len()).step_by(step) {
+                let range = first..leaves.len().min(first + step);
                 if is_first {
-                    ask_for(pass, leaves.iter().skip(first + step).take(step));
+                    let range = range.clone();
+                    apart(
+                        s,
+                        #[inline(always)]
+                        || state.load(s, pass, &setup, leaves, loose, range, dense),
+                    );
                 }
-                let some = &leaves[first..leaves.len().min(first + step)];
-                apart(
-                    s,
-                    #[inline(always)]
-                    || test(s, pass, &setup, chunk, some, loose, first, is_first, state, memory, counts),
-                );
+                if dense {
+                    apart(
+                        s,
+                        #[inline(always)]
+                        || test::<_, true>(s, pass, &setup, chunk, range, state, memory, counts),
+                    );
+                } else {
+                    apart(
+                        s,
+                        #[inline(always)]
+                        || test::<_, false>(s, pass, &setup, chunk, range, state, memory, counts),
+                    );
+                }
             }
         }
         apart(
@@ -234,20 +248,21 @@ fn cover(pass: &Pass<'_>, tile: usize, words: &mut [u32]) {
 
 /// The samples of these leaves will be needed soon.
 #[inline(always)]
-fn ask_for<'a>(pass: &Pass<'_>, leaves: impl Iterator<Item = &'a Leaf>) {
-    for leaf in leaves.filter(|leaf| leaf.block() & LOOSE == 0) {
+pub(super) fn ask_for<'a>(pass: &Pass<'_>, leaves: impl IntoIterator<Item = &'a Leaf>) {
+    for leaf in leaves.into_iter().filter(|leaf| leaf.block() & LOOSE == 0) {
         let (start, line) = pass.layout.corner(leaf.block() as usize);
         for y in 0..4 {
             // A row is one and a half cache lines.
-            prefetch(pass.positions, start + y * line);
-            prefetch(pass.positions, start + y * line + 7);
+            prefetch_second(pass.positions, start + y * line);
+            prefetch_second(pass.positions, start + y * line + 7);
         }
     }
 }
 
-/// The leaves of a tile whose samples are not all in shadow yet. `sort` says that there are many triangles.
+/// The leaves of a tile whose samples are not all in shadow yet. `sort` says that there are many triangles. True if the tile is dense: no leaf
+/// has more than sixteen samples then.
 #[inline(always)]
-fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mut Scratch) {
+fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mut Scratch) -> bool {
     let triangles = scratch.triangles();
     let Scratch { leaves, loose, mixed_loose, keys, .. } = scratch;
     leaves.clear();
@@ -313,4 +328,5 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
         let mask = LOW >> (HALF - sixteen.len());
         leaves.push(Leaf::new(s, sides, LOOSE | (i * HALF) as u32, mask));
     }
+    dense
 }

@@ -1,0 +1,221 @@
+//! The leaves of a tile while its triangles go by: what is known of their samples, and what is left to f64.
+
+use antumbra_predicates::plane::PlaneResolver;
+use antumbra_predicates::resolve::{Decided, Resolver};
+use antumbra_predicates::tile::Part;
+use fearless_simd::{Simd, SimdBase, f32x8};
+
+use super::boxes::{Boxes, SIXTEEN};
+use super::chunk::Setup;
+use super::layout::HALF;
+use super::leaves::{LOOSE, LOW, Leaf, Loose, directions, load_loose};
+use super::tuning::AHEAD;
+use super::work::{Counts, Pass, ask_for};
+
+/// A triangle and the samples of a leaf for which f32 was not enough.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Open {
+    pub(super) id: u32,
+    pub(super) leaf: u32,
+    pub(super) plane: u32,
+    pub(super) sides: u32,
+}
+
+/// Samples of a leaf: world coordinates of two times sixteen. What lanes without a sample hold does not matter.
+pub(super) type Points = [[[f32; HALF]; 2]; 3];
+
+/// The leaves of a tile while its triangles go by.
+#[derive(Debug, Default)]
+pub(super) struct State {
+    pub(super) parts: Vec<Part>,
+    pub(super) boxes: Vec<Boxes>,
+    /// Samples that are not known to be in shadow, for whole sixteens of leaves. Those of half a block are the first sixteen, whichever half it is.
+    pub(super) alive: Vec<u32>,
+    pub(super) points: Vec<Points>,
+    /// x and y of the samples, in tiles of many triangles, whose leaves have sixteen at most.
+    pub(super) seen: Vec<[[f32; HALF]; 2]>,
+    pub(super) open: Vec<Open>,
+}
+
+impl State {
+    /// Nothing is known yet.
+    #[inline(always)]
+    pub(super) fn start<S: Simd>(&mut self, s: S, leaves: &[Leaf], dense: bool) {
+        self.parts.clear();
+        self.alive.clear();
+        self.open.clear();
+        self.boxes.resize(leaves.len().div_ceil(SIXTEEN), Boxes::ZERO);
+        for (i, leaf) in leaves.iter().enumerate() {
+            let part = Part::new(s, leaf.sides(s));
+            self.boxes[i / SIXTEEN].set(i % SIXTEEN, &part);
+            self.parts.push(part);
+            self.alive.push(leaf.mask() >> shift(leaf));
+        }
+        self.alive.resize(leaves.len().next_multiple_of(SIXTEEN), 0);
+        // What is in them does not matter yet.
+        if self.points.len() < leaves.len() {
+            self.points.resize(leaves.len(), [[[0.0; HALF]; 2]; 3]);
+        }
+        if dense && self.seen.len() < leaves.len() {
+            self.seen.resize(leaves.len(), [[0.0; HALF]; 2]);
+        }
+    }
+
+    /// Loads the samples of some leaves, and asks for those of the next.
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(
+        &mut self,
+        s: S,
+        pass: &Pass<'_>,
+        setup: &Setup,
+        leaves: &[Leaf],
+        loose: &[Loose],
+        range: std::ops::Range<usize>,
+        dense: bool,
+    ) {
+        for i in range {
+            ask_for(pass, leaves.get(i + AHEAD));
+            let points = &mut self.points[i];
+            load_points(s, pass, &leaves[i], loose, points);
+            if dense {
+                let at = |k: usize| {
+                    let p = &points[k][0];
+                    [f32x8::from_slice(s, &p[..8]), f32x8::from_slice(s, &p[8..])]
+                };
+                let [x, y, _] = directions(s, setup.frame, pass.light, &[at(0), at(1), at(2)]);
+                s.combine_f32x8(x[0], x[1]).store_array(&mut self.seen[i][0]);
+                s.combine_f32x8(y[0], y[1]).store_array(&mut self.seen[i][1]);
+            }
+        }
+    }
+
+    /// Whether some sample is not known to be in shadow.
+    pub(super) fn is_alive(&self) -> bool {
+        self.alive.iter().any(|alive| *alive != 0)
+    }
+
+    /// Decides what f32 could not, and notes the samples that are in shadow.
+    #[inline(always)]
+    pub(super) fn finish<S: Simd>(
+        &mut self,
+        s: S,
+        pass: &Pass<'_>,
+        leaves: &[Leaf],
+        loose: &[Loose],
+        words: &mut [u32],
+        counts: &mut Counts,
+    ) {
+        let State { alive, points, open, .. } = self;
+        for o in open.iter() {
+            let leaf = o.leaf as usize;
+            let (plane, sides) = (o.plane & alive[leaf], o.sides & alive[leaf]);
+            if plane | sides != 0 {
+                alive[leaf] &= !resolve(s, pass, o.id, &points[leaf], plane, sides, counts);
+            }
+        }
+        for (leaf, alive) in leaves.iter().zip(alive) {
+            note(words, loose, leaf, leaf.mask() & !(*alive << shift(leaf)));
+        }
+    }
+}
+
+/// Of half a block that is the right one, how far its samples are moved to be the first.
+#[inline(always)]
+fn shift(leaf: &Leaf) -> usize {
+    if leaf.mask() & LOW == 0 { HALF } else { 0 }
+}
+
+#[inline(always)]
+fn load_points<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose], points: &mut Points) {
+    let block = leaf.block();
+    let half = if block & LOOSE != 0 {
+        let first = (block & !LOOSE) as usize;
+        load_loose(s, &loose[first..loose.len().min(first + HALF)])
+    } else if leaf.is_whole() {
+        let whole = pass.layout.load(s, pass.positions, block as usize);
+        for k in 0..3 {
+            for i in 0..2 {
+                s.combine_f32x8(whole[k][2 * i], whole[k][2 * i + 1]).store_array(&mut points[k][i]);
+            }
+        }
+        return;
+    } else {
+        pass.layout.load_half(s, pass.positions, block as usize, usize::from(leaf.mask() & LOW == 0))
+    };
+    for k in 0..3 {
+        s.combine_f32x8(half[k][0], half[k][1]).store_array(&mut points[k][0]);
+    }
+}
+
+/// The samples that an open triangle blocks: f64, then exact arithmetic. `plane` and `sides` are those to decide.
+#[inline(never)]
+fn resolve<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    id: u32,
+    p: &Points,
+    plane: u32,
+    sides: u32,
+    counts: &mut Counts,
+) -> u32 {
+    s.vectorize(
+        #[inline(always)]
+        || {
+            let triangle = &pass.triangles[id as usize];
+            let mut blocked = 0;
+            let mut hard = sides;
+            counts.leaf.filter_f64 += u64::from((plane | hard).count_ones());
+            if plane != 0 {
+                if let Some(resolver) = PlaneResolver::new(triangle, pass.light) {
+                    for v in 0..2 {
+                        for half in 0..2 {
+                            let shift = HALF * v + 8 * half;
+                            if plane >> shift & 0xff == 0 {
+                                continue;
+                            }
+                            counts.plane_f64 += 1;
+                            let at = |v: &[f32; HALF]| f32x8::from_slice(s, &v[8 * half..8 * half + 8]);
+                            let (beyond, unsure) =
+                                resolver.lanes(s, [at(&p[0][v]), at(&p[1][v]), at(&p[2][v])]);
+                            blocked |= plane & u32::from(beyond) << shift;
+                            hard |= plane & u32::from(unsure) << shift;
+                        }
+                    }
+                } else {
+                    hard |= plane;
+                }
+            }
+            if hard != 0
+                && let Some(resolver) = Resolver::new(triangle, pass.light)
+            {
+                for i in (0..2 * HALF).filter(|i| hard >> i & 1 == 1) {
+                    let (blocks, decided) = resolver.blocks([
+                        p[0][i / HALF][i % HALF],
+                        p[1][i / HALF][i % HALF],
+                        p[2][i / HALF][i % HALF],
+                    ]);
+                    counts.leaf.filter_exact += u64::from(decided == Decided::Exact);
+                    blocked |= u32::from(blocks) << i;
+                }
+            }
+            blocked
+        },
+    )
+}
+
+/// Notes samples of a leaf that are in shadow.
+#[inline(always)]
+fn note(words: &mut [u32], loose: &[Loose], leaf: &Leaf, shadowed: u32) {
+    if shadowed == 0 {
+        return;
+    }
+    if leaf.block() & LOOSE == 0 {
+        words[leaf.block() as usize] |= shadowed;
+        return;
+    }
+    let first = (leaf.block() & !LOOSE) as usize;
+    for i in (0..HALF).filter(|i| shadowed >> i & 1 == 1) {
+        let (block, sample) = loose[first + i].slot();
+        words[block] |= 1 << sample;
+    }
+}
