@@ -15,7 +15,7 @@ use super::frame::FACES;
 use super::layout::BLOCK;
 use super::tuning::{
     CROWDED, DEPTH, EVERY, LEAST_POINTS, LEVELS, SPARE, SPARE_CROWDED, TILE_POINTS, TILE_POINTS_LEAST,
-    TILE_POINTS_MOST, TILES,
+    TILE_POINTS_MOST, TILES, TILES_LEAST, TILES_MOST,
 };
 
 /// Marks an entry of a node or of a cell that is not a tile: a node.
@@ -266,10 +266,11 @@ impl Tiles {
             self.grids.resize_with(FACES, Grid::default);
         }
         let there = counts.iter().sum::<usize>() as u32;
-        let samples = there as f32 * (EVERY * BLOCK) as f32;
-        let most = TILE_POINTS * (samples / triangles.max(1) as f32).sqrt();
-        let most = most.clamp(TILE_POINTS_LEAST, TILE_POINTS_MOST);
-        let limit = (there / TILES).clamp(LEAST_POINTS, most as u32);
+        // Samples for each triangle, by the square root.
+        let each = (there as f32 * (EVERY * BLOCK) as f32 / triangles.max(1) as f32).sqrt();
+        let most = (TILE_POINTS * each).clamp(TILE_POINTS_LEAST, TILE_POINTS_MOST);
+        let least_tiles = (TILES / each).clamp(TILES_LEAST, TILES_MOST);
+        let limit = (there / least_tiles as u32).clamp(LEAST_POINTS, most as u32);
         self.limit = limit;
         // Faces do not touch.
         self.grids.par_iter_mut().take(FACES).enumerate().for_each(|(face, grid)| {
