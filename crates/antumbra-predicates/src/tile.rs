@@ -387,8 +387,11 @@ impl TileBlock {
         (value, m[1].abs().mul_add(half[1], m[0].abs().mul_add(half[0], margin)))
     }
 
-    /// Which of sixteen samples are not for certain beside triangle `lane`, by their directions alone (x and y, as in [`Region`]; they must
-    /// lie within the tile): a third of the work of [`TileBlock::test`]. What lanes without a sample say does not matter.
+    /// Which of sixteen samples are not for certain beside triangle `lane`, by their directions alone: a third of the work of
+    /// [`TileBlock::test`]. What lanes without a sample say does not matter.
+    ///
+    /// Samples must lie within the tile, their x and y computed as those of its [`Region`]; the triangle must be prepared, and the facing of
+    /// edge-on ones settled.
     #[inline(always)]
     pub fn not_beside<S: Simd>(&self, s: S, lane: usize, [x, y]: [&[f32; 16]; 2]) -> u32 {
         let (x, y) = (f32x16::load_array_ref(s, x), f32x16::load_array_ref(s, y));

@@ -87,10 +87,17 @@ fn test_at(
     dispatch!(level, s => block.test(s, lane, [&u, &v, &w], sign, alive, within))
 }
 
-/// Directions, sixteen a vector, of which callers count the first.
+/// Directions, up to eight, in the first lanes or in the last of sixteen: the answer must be the same.
 fn not_beside_at(level: Level, block: &TileBlock, lane: usize, at: &[Point]) -> u32 {
-    let [x, y] = [0, 1].map(|k| std::array::from_fn(|i| at[i.min(at.len() - 1)][k]));
-    dispatch!(level, s => block.not_beside(s, lane, [&x, &y]))
+    let ask = |first: usize| {
+        let [x, y] = [0, 1].map(|k| {
+            std::array::from_fn(|i| i.checked_sub(first).and_then(|i| at.get(i)).map_or(9.0, |at| at[k]))
+        });
+        dispatch!(level, s => block.not_beside(s, lane, [&x, &y])) >> first & 0xff >> (8 - at.len())
+    };
+    let found = ask(0);
+    assert_eq!(found, ask(8), "{level:?}, lane {lane}");
+    found
 }
 
 fn plane_at(level: Level, plane: &PlaneResolver, p: &[[f32; 8]; 3]) -> (u8, u8) {

@@ -11,7 +11,7 @@ use super::shuffle::corners;
 use super::work::{Counts, Pass};
 
 /// Blocks of a chunk.
-const BLOCKS: usize = 8;
+pub(super) const BLOCKS: usize = 8;
 
 /// Blocks of triangles that are asked for before they are looked at.
 const AHEAD: usize = 6;

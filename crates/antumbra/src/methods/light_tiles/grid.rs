@@ -1,4 +1,4 @@
-//! Tiles: cells of directions around the light that hold some 3,000 samples each.
+//! Tiles: cells of directions around the light that hold some 3,000 to 12,000 samples each.
 //!
 //! Each face of the cube has a grid, fitted to the directions of its samples. A quadtree over its cells, counted from one
 //! sample in every fourth block, says where a tile is large and where it is small. A cell that is crowded even at the finest level gets a

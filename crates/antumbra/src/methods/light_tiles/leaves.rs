@@ -19,7 +19,7 @@ use crate::mask::{LIT, NONE};
 /// Numbers that are asked for ahead in each line of a block: eight blocks of a picture.
 const AHEAD: usize = 8 * 24;
 
-/// Blocks whose sample is asked for ahead when tiles are chosen.
+/// Blocks whose sample is asked for ahead when tiles are chosen (past the end of a row it is one of another row: no harm).
 const LOOK_AHEAD: usize = 32;
 
 /// Samples of one block that the light sees close together: packed bounds ([`Region::pack`]), with the block as number 3, and one

@@ -3,7 +3,7 @@
 //! Ours. It descends from the irregular z-buffer (Johnson et al. 2005; `ofts`) and from tiled rasterisation, with what
 //! exactness needs.
 //!
-//! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 samples each, fewer where samples are few.
+//! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 to 12,000 samples each, fewer where samples are few.
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: tile by tile, [`chunk`]: eight blocks of eight of a tile's triangles at a time,

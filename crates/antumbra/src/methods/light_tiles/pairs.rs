@@ -1,4 +1,4 @@
-//! Leaves against eight blocks of eight triangles, in flat loops: the bounds of blocks against leaves; what is left of that against the
+//! Eight blocks of eight triangles against leaves, in flat loops: the bounds of blocks against sixteen leaves at a time; what is left of that against the
 //! triangles of the blocks; what is left of that, pairs of a leaf and a triangle, sample by sample. Loops within loops would end at moments
 //! that no processor can foretell.
 
@@ -7,16 +7,21 @@ use std::array::from_ref;
 use fearless_simd::{Simd, SimdBase, SimdMask, u32x16};
 
 use super::boxes::SIXTEEN;
-use super::chunk::{Chunk, Setup};
+use super::chunk::{BLOCKS, Chunk, Setup};
 use super::frame::Frame;
 use super::layout::HALF;
 use super::leaves::LOW;
 use super::state::{Open, Points, State};
-use super::tuning::LEAVES;
+use super::tuning::{FIRST_LEAVES, LEAVES, MOST_LEAVES};
 use super::work::{Counts, Pass};
 
 /// Pairs whose samples are first held against the sides alone, in one go.
 const PAIRS: usize = 64;
+
+// Three bits of a block and three of a lane, beside the number of a leaf, in sixteen bits.
+const _: () = assert!(BLOCKS == 8 && 64 * LEAVES <= 1 << 16);
+const _: () = assert!(LEAVES.is_multiple_of(SIXTEEN) && FIRST_LEAVES.is_multiple_of(SIXTEEN));
+const _: () = assert!(FIRST_LEAVES <= LEAVES && MOST_LEAVES.is_multiple_of(SIXTEEN));
 
 /// Memory that is not worth clearing each time.
 #[derive(Debug)]
@@ -43,8 +48,8 @@ impl Default for Memory {
     }
 }
 
-/// Tests up to [`LEAVES`] leaves of a tile, from number `first` on (a multiple of sixteen). In a dense tile, where leaves have sixteen samples at most, pairs
-/// are first held against the sides alone: most samples are beside most triangles.
+/// Tests some leaves of a tile: at most [`LEAVES`], loaded, and the first one's number a multiple of sixteen. In a dense tile, where leaves have sixteen
+/// samples at most, pairs are first held against the sides alone: most samples are beside most triangles.
 #[inline(always)]
 pub(super) fn test<S: Simd, const IS_DENSE: bool>(
     s: S,
@@ -58,6 +63,7 @@ pub(super) fn test<S: Simd, const IS_DENSE: bool>(
 ) {
     let Memory { boxes, pairs, within, left } = memory;
     let first = range.start;
+    debug_assert!(first.is_multiple_of(SIXTEEN) && range.len() <= LEAVES);
     let State { parts, boxes: bounds, alive, points, seen, open } = state;
     let (parts, alive, points) = (&parts[range.clone()], &mut alive[first..], &points[range.clone()]);
     let bounds = &bounds[first / SIXTEEN..range.end.div_ceil(SIXTEEN)];

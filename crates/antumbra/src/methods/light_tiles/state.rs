@@ -41,6 +41,7 @@ impl State {
     /// Nothing is known yet.
     #[inline(always)]
     pub(super) fn start<S: Simd>(&mut self, s: S, leaves: &[Leaf], dense: bool) {
+        debug_assert!(!dense || leaves.iter().all(|leaf| !leaf.is_whole()));
         self.parts.clear();
         self.alive.clear();
         self.open.clear();

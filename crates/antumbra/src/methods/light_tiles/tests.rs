@@ -46,6 +46,22 @@ fn least_capacity_takes_rounds_and_gives_the_same_mask() {
 }
 
 #[test]
+fn many_triangles_for_few_samples_in_one_round_and_in_several() {
+    let (triangles, positions, light, expected) = case("room", [144, 96]);
+    for (capacity, least_rounds) in [(CAPACITY, 1), (4000, 3)] {
+        let mut method = LightTiles::with_capacity(&Options::default(), capacity);
+        let mut mask = vec![7; expected.len()];
+        let stats = method.shadow(&triangles, Samples::image(&positions, 144), light, &mut mask).unwrap();
+        assert!(mask == expected, "room for {capacity} entries");
+        assert!(counter(&stats, "rounds") >= least_rounds, "{:?}", stats.counters);
+        // Tiles are dense: blocks are halved, and most samples are found to be beside a triangle before they are tested.
+        let loose = counter(&stats, "loose_samples").div_ceil(16) + counter(&stats, "tiles");
+        assert!(counter(&stats, "leaves") > counter(&stats, "block_leaves") + loose, "{:?}", stats.counters);
+        assert!(counter(&stats, "leaf_tests") < 4 * counter(&stats, "pairs"), "{:?}", stats.counters);
+    }
+}
+
+#[test]
 fn pictures_of_any_width_and_height() {
     for [width, height] in [[1, 5], [3, 3], [5, 7], [7, 1], [8, 4], [9, 40], [13, 9], [36, 6], [100, 3]] {
         let (triangles, positions, light, expected) = case("room", [width, height]);
@@ -213,6 +229,21 @@ fn a_tile_that_cannot_be_parted_takes_turns() {
         assert!(mask == expected);
         assert!(counter(&stats, "leaves") > tuning::MOST_LEAVES as u64, "{:?}", stats.counters);
     }
+    // More than eight triangles a block: halves are leaves. All samples are within the bounds of the new ones, and beside them.
+    let positions: Vec<_> = positions.iter().copied().step_by(2).collect();
+    let blocks = positions.len() / BLOCK;
+    let beside = (0..9 * blocks).map(|k| {
+        let z = -0.5 - k as f32 / (10 * blocks) as f32;
+        [[-0.1, -0.02, z], [0.1, 0.18, z], [-0.1, 0.18, z]]
+    });
+    let dense: Vec<_> = beside.chain(triangles.iter().copied()).collect();
+    let expected: Vec<_> = expected.iter().copied().step_by(2).collect();
+    let mut mask = vec![7; positions.len()];
+    let mut method = LightTiles::new(&Options::default());
+    let stats = method.shadow(&dense, Samples::list(&positions), light, &mut mask).unwrap();
+    assert!(mask == expected);
+    assert!(counter(&stats, "leaves") > 2 * blocks as u64 - 10, "{:?}", stats.counters);
+    assert!(2 * blocks > tuning::MOST_LEAVES);
 }
 
 #[test]

@@ -1,18 +1,18 @@
-//! Numbers that are neither right nor wrong; the mask does not depend on them.
+//! Numbers that are neither right nor wrong; the mask does not depend on them. What they must be is asserted where they are used.
 
 /// Tiles are chosen from one sample of every block of every so many rows.
 pub(super) const EVERY: usize = 4;
 
-/// Such points in a tile: so many where there is one sample for each triangle, more by the square root of the samples for each triangle, within
-/// limits (96 to 384 blocks of 32 samples). Large tiles have fewer blocks that belong to two, small ones fewer triangles for each sample. With 24 points
-/// throughout robots take a ninth longer, and a twelfth of all time at 3840x2160 goes; with 72 throughout hair takes a sixth longer.
+/// Such points in a tile: 20 times the square root of the samples for each triangle, within limits (24 up to 1.4 samples a triangle, 96 from 23 on;
+/// 3,072 to 12,288 samples). Large tiles have fewer blocks that belong to two, small ones fewer triangles for each sample. With 24 throughout
+/// robots take a ninth longer, and all scenes a twelfth at 3840x2160; with 72 throughout hair takes a sixth longer.
 pub(super) const TILE_POINTS: f32 = 20.0;
 pub(super) const TILE_POINTS_LEAST: f32 = 24.0;
 pub(super) const TILE_POINTS_MOST: f32 = 96.0;
 
-/// Fewer points where the samples are few, so that there are some 32 to 128 tiles or more, for the threads to share: 96 where there is one sample for
-/// each triangle, fewer by the square root of the samples for each triangle, as few samples of many triangles are best kept apart. With 96 throughout
-/// pine takes a sixth longer, with 48 throughout a small picture of black-forest takes a quarter longer, with 256 small pictures a tenth.
+/// Fewer points where the samples are few, so that there are some 32 to 128 tiles or more, for the threads to share: 96 tiles by the square root of the
+/// samples for each triangle, as few samples of many triangles are best kept apart. With 96 tiles throughout pine takes a sixth longer, with 48 a small
+/// picture of black-forest takes a quarter longer, with 256 small pictures a tenth.
 pub(super) const TILES: f32 = 96.0;
 pub(super) const TILES_LEAST: f32 = 32.0;
 pub(super) const TILES_MOST: f32 = 128.0;

@@ -48,7 +48,7 @@ pub(super) struct Counts {
     pub(super) leaf_box_tests: u64,
     /// Tiles and leaves that one triangle covers.
     pub(super) node_accept: u64,
-    /// Triangles tested against the samples of a leaf.
+    /// Triangles tested against the samples of a leaf; in dense tiles also of leaves that have been done meanwhile.
     pub(super) pairs: u64,
     pub(super) leaf: LeafCounts,
     /// Pairs whose plane went to f64, eight samples at a time.
