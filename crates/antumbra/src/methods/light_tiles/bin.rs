@@ -11,6 +11,7 @@ use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region, WIDEN};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
+use super::boxes::Hull;
 use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
 use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
@@ -29,11 +30,11 @@ pub(super) struct Pass<'a> {
     pub(super) covered: &'a [AtomicBool],
     /// The next triangle that no worker has taken.
     pub(super) next: &'a AtomicUsize,
-    /// A worker stops when it has this many list entries.
+    /// A worker stops when its lists take this much room ([`Binned::room`]).
     pub(super) capacity: usize,
 }
 
-/// A triangle in the list of a tile, or several of eight that follow one another ([`Entry::eight`]).
+/// A triangle in the list of a tile.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
     pub(super) id: u32,
@@ -41,25 +42,21 @@ pub(super) struct Entry {
     pub(super) at: u32,
 }
 
-/// Marks the number of the first of eight triangles.
-const EIGHT: u32 = 1 << 31;
-
 impl Entry {
     /// A triangle that spans tiles.
     pub(super) fn large(id: u32) -> Entry {
         Entry { id, at: LARGE }
     }
+}
 
-    /// Of the eight triangles from `first` on, those whose bits are set.
-    fn eight(first: usize, lanes: u32) -> Entry {
-        Entry { id: first as u32 | EIGHT, at: lanes }
-    }
-
-    /// First triangle and bits, if these are several.
-    #[inline(always)]
-    pub(super) fn as_eight(&self) -> Option<(u32, u8)> {
-        (self.id & EIGHT != 0).then_some((self.id & !EIGHT, self.at as u8))
-    }
+/// Several of eight triangles that follow one another, in the list of a tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Eight {
+    pub(super) first: u32,
+    /// Those that may block a sample of the tile; bits.
+    pub(super) lanes: u32,
+    /// Bounds of all eight as seen from the light.
+    pub(super) hull: Hull,
 }
 
 /// No place: seen all over the tile.
@@ -69,14 +66,27 @@ pub(super) const LARGE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 #[repr(align(128))]
 pub(super) struct Binned {
-    /// Triangles by tile.
-    pub(super) ids: Lists<Entry>,
+    /// Triangles by tile, on their own and several of eight. Chunks have 128 bytes.
+    pub(super) ids: Lists<Entry, 14>,
+    pub(super) eights: Lists<Eight, 4>,
     /// Triangles that it has taken and not done.
     pub(super) left: std::ops::Range<usize>,
     pub(super) counts: Counts,
     /// A coordinate was not finite.
     pub(super) broken: bool,
     stack: Vec<u32>,
+}
+
+impl Binned {
+    /// Room that all lists take, in entries of 8 bytes.
+    fn room(&self) -> usize {
+        self.ids.items() + size_of::<Eight>().div_ceil(size_of::<Entry>()) * self.eights.items()
+    }
+
+    /// Entries of all lists.
+    pub(super) fn entries(&self) -> usize {
+        self.ids.items() + self.eights.items()
+    }
 }
 
 /// Work of the pass.
@@ -109,7 +119,7 @@ pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
             out.left = first..pass.triangles.len().min(first + TRIANGLES);
         }
         while !out.left.is_empty() {
-            if out.ids.items() >= pass.capacity {
+            if out.room() >= pass.capacity {
                 return;
             }
             let end = out.left.end.min(out.left.start + 8);
@@ -278,7 +288,8 @@ fn together<S: Simd>(
         }
         found |= near;
         if complete && near.count_ones() >= LEAST_EIGHT {
-            out.ids.push(tile, Entry::eight(first, near));
+            let hull = [x[0], x[1], y[0], y[1], lanes.select(seen.r, least).reduce_max()];
+            out.eights.push(tile, Eight { first: first as u32, lanes: near, hull });
             return;
         }
         while near != 0 {
@@ -313,7 +324,7 @@ fn each_tile(tiles: &Tiles, grid: &Grid, [x0, x1, y0, y1]: [u32; 4], mut visit: 
 /// A triangle that crosses from face to face, or is badly rounded: down from all roots. True if any tile took it.
 #[inline(never)]
 fn cross<S: Simd>(s: S, pass: &Pass<'_>, id: u32, out: &mut Binned) -> bool {
-    let before = (out.ids.items(), out.counts.node_accept);
+    let before = (out.entries(), out.counts.node_accept);
     for face in 0..FACES {
         let root = pass.tiles.grids[face].root;
         if root != NOTHING {
@@ -322,7 +333,7 @@ fn cross<S: Simd>(s: S, pass: &Pass<'_>, id: u32, out: &mut Binned) -> bool {
             start(s, pass, id, face, out);
         }
     }
-    before != (out.ids.items(), out.counts.node_accept)
+    before != (out.entries(), out.counts.node_accept)
 }
 
 /// Lanes in which two corners are one point.
@@ -416,9 +427,9 @@ fn place<S: Simd>(
     if out.stack.is_empty() {
         return false;
     }
-    let before = (out.ids.items(), out.counts.node_accept);
+    let before = (out.entries(), out.counts.node_accept);
     start(s, pass, entry.id, face, out);
-    before != (out.ids.items(), out.counts.node_accept)
+    before != (out.entries(), out.counts.node_accept)
 }
 
 /// Adds a triangle to the list of a tile, unless it is seen beside or behind all its samples, or the tile is covered. True if it was added.

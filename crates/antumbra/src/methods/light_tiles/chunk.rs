@@ -4,6 +4,7 @@ use antumbra_predicates::tile::{Tile, TileBlock};
 use antumbra_predicates::{Triangle, exact};
 use fearless_simd::Simd;
 
+use super::bin::Eight;
 use super::boxes::Hull;
 use super::frame::Frame;
 use super::prefetch::{prefetch, prefetch_eight};
@@ -22,7 +23,7 @@ pub(super) struct Eights<'a> {
     /// Of single ones, `count` in all, up to whole eights.
     pub(super) ids: &'a [[u32; 8]],
     pub(super) count: usize,
-    pub(super) more: &'a [(u32, u8)],
+    pub(super) more: &'a [Eight],
 }
 
 impl Eights<'_> {
@@ -30,15 +31,15 @@ impl Eights<'_> {
         self.ids.len() + self.more.len()
     }
 
-    /// Eight triangles, and which of them count.
+    /// Eight triangles, which of them count, and their bounds, if they are known.
     #[inline(always)]
-    fn get(&self, i: usize) -> ([u32; 8], u8) {
+    fn get(&self, i: usize) -> ([u32; 8], u8, Option<Hull>) {
         if let Some(ids) = self.ids.get(i) {
             let there = (self.count - 8 * i).min(8);
-            return (*ids, (0xffu32 >> (8 - there)) as u8);
+            return (*ids, (0xffu32 >> (8 - there)) as u8, None);
         }
-        let (first, lanes) = self.more[i - self.ids.len()];
-        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes)
+        let Eight { first, lanes, hull } = self.more[i - self.ids.len()];
+        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes as u8, Some(hull))
     }
 
     /// The triangles will be needed soon.
@@ -51,8 +52,8 @@ impl Eights<'_> {
                 prefetch(numbers, 9 * id as usize);
                 prefetch(numbers, 9 * id as usize + 8);
             }
-        } else if let Some((first, _)) = self.more.get(i - self.ids.len()) {
-            prefetch_eight(pass.triangles, *first as usize);
+        } else if let Some(eight) = self.more.get(i - self.ids.len()) {
+            prefetch_eight(pass.triangles, eight.first as usize);
         }
     }
 }
@@ -83,6 +84,19 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
+    /// Reads the triangles, and finds those that may block a sample of the tile by their bounds.
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, s: S, triangles: &[Triangle], setup: &Setup) {
+        let Frame { axis, sign } = setup.frame;
+        let [a, b, c, d, e, f, g, h] = self.ids;
+        let at = |id: u32| &triangles[id as usize];
+        let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
+        for corner in &mut corner {
+            *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
+        }
+        self.live = self.block.look(s, corner, self.live, &setup.tile);
+    }
+
     /// True if one of them covers the tile.
     #[inline(never)]
     fn make_ready<S: Simd>(
@@ -125,12 +139,14 @@ pub(super) struct Chunk {
     pub(super) used: usize,
     /// Not prepared yet; bits are blocks.
     fresh: u8,
+    /// Not read yet; bits are blocks.
+    unread: u8,
 }
 
 impl Default for Chunk {
     fn default() -> Chunk {
         let empty = Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 };
-        Chunk { blocks: [empty; BLOCKS], hulls: [[0.0; 5]; BLOCKS], used: 0, fresh: 0 }
+        Chunk { blocks: [empty; BLOCKS], hulls: [[0.0; 5]; BLOCKS], used: 0, fresh: 0, unread: 0 }
     }
 }
 
@@ -148,9 +164,8 @@ impl Chunk {
         at_once: usize,
         counts: &mut Counts,
     ) -> bool {
-        self.fresh = 0;
+        (self.fresh, self.unread) = (0, 0);
         let mut used = 0;
-        let Frame { axis, sign } = setup.frame;
         if *next == 0 {
             for i in 0..AHEAD {
                 eights.ask_for(pass, i);
@@ -158,16 +173,20 @@ impl Chunk {
         }
         while used < BLOCKS && *next < eights.len() {
             eights.ask_for(pass, *next + AHEAD);
-            let (eight, live) = eights.get(*next);
-            let [a, b, c, d, e, f, g, h] = eight;
-            let at = |id: u32| &pass.triangles[id as usize];
-            let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
-            for corner in &mut corner {
-                *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
-            }
+            let (eight, live, hull) = eights.get(*next);
             let prepared = &mut self.blocks[used];
-            prepared.live = prepared.block.look(s, corner, live, &setup.tile);
-            prepared.ids = eight;
+            (prepared.ids, prepared.live) = (eight, live);
+            if let Some(hull) = hull
+                && *next >= at_once
+            {
+                *next += 1;
+                self.hulls[used] = hull;
+                self.fresh |= 1 << used;
+                self.unread |= 1 << used;
+                used += 1;
+                continue;
+            }
+            prepared.look(s, pass.triangles, setup);
             let now = *next < at_once && prepared.live != 0;
             if now && prepared.make_ready(s, pass.triangles, setup, counts) {
                 return true;
@@ -196,8 +215,12 @@ impl Chunk {
         let mut left = self.fresh & blocks;
         self.fresh &= !blocks;
         while left != 0 {
-            self.blocks[left.trailing_zeros() as usize].make_ready(s, pass.triangles, setup, counts);
+            let i = left.trailing_zeros() as usize;
             left &= left - 1;
+            if self.unread >> i & 1 == 1 {
+                self.blocks[i].look(s, pass.triangles, setup);
+            }
+            self.blocks[i].make_ready(s, pass.triangles, setup, counts);
         }
     }
 }

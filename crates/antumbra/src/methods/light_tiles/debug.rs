@@ -28,9 +28,10 @@ pub(super) fn draw(
     let layout = super::Layout::new(samples.positions.len(), samples.width);
     let mut out = vec![0.0; mask.len()];
     for tile in 0..method.tiles.len() {
-        let mut entries = 0;
+        let (mut entries, list) = (0, method.tiles.list[tile] as usize);
         for worker in &method.binned {
-            worker.ids.each(tile, |ids| entries += ids.len());
+            worker.ids.each(list, |ids| entries += ids.len());
+            worker.eights.each(list, |eights| entries += eights.len());
         }
         let number = |held: u8| match view {
             "tile" => group(tile),

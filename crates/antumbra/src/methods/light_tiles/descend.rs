@@ -72,7 +72,7 @@ impl<S: Simd> Caster<S> {
 
     /// Of eight children: which may the triangle block, which does it cover? Bits are children.
     #[inline(always)]
-    fn against(&self, s: S, node: &Node, first: usize) -> (u8, u8) {
+    pub(super) fn against(&self, s: S, node: &Node, first: usize) -> (u8, u8) {
         let lo = [
             part(s, &node.bounds[0], first),
             part(s, &node.bounds[1], first),
@@ -133,7 +133,7 @@ pub(super) struct Target<'a> {
     pub(super) tiles: &'a Tiles,
     pub(super) covered: &'a [AtomicBool],
     pub(super) id: u32,
-    pub(super) ids: &'a mut Lists<Entry>,
+    pub(super) ids: &'a mut Lists<Entry, 14>,
     pub(super) counts: &'a mut Counts,
 }
 

@@ -2,7 +2,8 @@
 //!
 //! Each face of the cube has a grid, fitted to the directions of its samples. A quadtree over its cells, counted from one
 //! sample in every fourth block, says where a tile is large and where it is small. A cell that is crowded even at the finest level gets a
-//! grid of its own, fitted again: clumps of samples thousands of times narrower than the face are parted all the same.
+//! grid of its own, fitted again: clumps of samples thousands of times narrower than the face are parted all the same (unless few triangles are
+//! near, [`super::sparse`]).
 //!
 //! Tiles are also the leaves of a tree of [`Node`]s, 16 children each, which large triangles descend.
 
@@ -14,8 +15,8 @@ use rayon::prelude::*;
 use super::frame::FACES;
 use super::layout::BLOCK;
 use super::tuning::{
-    CROWDED, DEPTH, EVERY, LEAST_POINTS, LEVELS, SPARE, SPARE_CROWDED, TILE_POINTS, TILE_POINTS_LEAST,
-    TILE_POINTS_MOST, TILES, TILES_LEAST, TILES_MOST,
+    CROWDED, DEPTH, EVERY, FAR, LEAST_POINTS, LEVELS, SHARE_BLOCKS, SHARES, SPARE, SPARE_CROWDED,
+    TILE_POINTS, TILE_POINTS_LEAST, TILE_POINTS_MOST, TILES, TILES_LEAST, TILES_MOST,
 };
 
 /// Marks an entry of a node or of a cell that is not a tile: a node.
@@ -143,6 +144,10 @@ pub(super) struct Grid {
     crowds: [u32; 4],
     /// Points of a crowded cell.
     points: Vec<[f32; 2]>,
+    /// Of a face: points in crowded cells.
+    pub(super) crowded_points: u32,
+    /// Crowded cells (column and row) that few triangles are near, or the whole face: tiles as they are.
+    pub(super) sparse: Vec<Option<[u32; 2]>>,
 }
 
 /// A crowded cell: the grid that it holds, and where its root goes.
@@ -175,12 +180,15 @@ impl Grid {
         self.nodes.resize_with(LEVELS as usize / 2 + 1, Vec::new);
         self.cells.resize(side * side, NOTHING);
         self.crowds = NOWHERE;
+        self.sparse.clear();
         let finest = &mut self.counts[levels as usize];
         finest.clear();
         finest.resize(side * side, 0);
         for p in points {
             finest[(self.fit.cell(1, p[1]) << levels | self.fit.cell(0, p[0])) as usize] += 1;
         }
+        let crowded = finest.iter().filter(|points| **points > CROWDED * limit);
+        self.crowded_points = crowded.sum();
         for level in (0..levels as usize).rev() {
             let (above, below) = self.counts.split_at_mut(level + 1);
             let (above, below) = (&mut above[level], &below[0]);
@@ -200,6 +208,23 @@ impl Grid {
     #[inline(always)]
     pub(super) fn at(&self, x: u32, y: u32) -> u32 {
         self.cells[(y << self.levels | x) as usize]
+    }
+
+    /// Points in all cells.
+    pub(super) fn points_in_all(&self) -> u32 {
+        self.counts[0][0]
+    }
+
+    /// The cell of a point, if it has more than `limit`.
+    pub(super) fn crowded_cell(&self, [x, y]: [f32; 2], limit: u32) -> Option<[u32; 2]> {
+        let [x, y] = [self.fit.cell(0, x), self.fit.cell(1, y)];
+        let finest = &self.counts[self.levels as usize];
+        (finest[(y << self.levels | x) as usize] > CROWDED * limit).then_some([x, y])
+    }
+
+    /// Whether two directions are so far apart that few samples between them would fill a tile.
+    pub(super) fn are_far(&self, a: [f32; 2], b: [f32; 2]) -> bool {
+        (0..2).any(|k| self.fit.cell(k, a[k]).abs_diff(self.fit.cell(k, b[k])) > FAR)
     }
 
     /// Whether a range of cells (first and last column, first and last row) holds one that has a grid of its own.
@@ -229,6 +254,12 @@ pub(super) struct Node {
     pub(super) region: Region,
 }
 
+impl Node {
+    /// Without children.
+    pub(super) const EMPTY: Node =
+        Node { bounds: [[0.0; 16]; 6], child: [NOTHING; 16], count: 0, region: Region::EMPTY };
+}
+
 /// All grids, tiles and nodes of a frame.
 #[derive(Debug, Default)]
 pub(super) struct Tiles {
@@ -238,6 +269,11 @@ pub(super) struct Tiles {
     pub(super) face: Vec<u8>,
     /// Level of each tile within its grid.
     pub(super) level: Vec<u8>,
+    /// Few triangles are near: takes whole blocks, whatever their depth.
+    pub(super) sparse: Vec<bool>,
+    pub(super) any_sparse: bool,
+    /// The tile whose list of triangles is this one's: itself, or of several that share the samples of a sparse one the first.
+    pub(super) list: Vec<u32>,
     /// Cells of each tile: first and last column, first and last row.
     pub(super) cells: Vec<[u16; 4]>,
     /// Bounds of the samples.
@@ -283,6 +319,8 @@ impl Tiles {
     pub(super) fn choose(&mut self, points: &[Point]) {
         self.face.clear();
         self.level.clear();
+        self.sparse.clear();
+        self.list.clear();
         self.cells.clear();
         self.nodes.clear();
         self.used = FACES;
@@ -290,6 +328,18 @@ impl Tiles {
             // A face without points gets a tile as well: samples that were not looked at may be in it.
             self.fill(face, face, of_face(points, face), 0);
         }
+        self.any_sparse = self.sparse.contains(&true);
+    }
+
+    /// Points of a tile, at most.
+    pub(super) fn most_points(&self) -> u32 {
+        self.limit
+    }
+
+    /// The part of all points that is in crowded cells of faces.
+    pub(super) fn crowded_part(&self) -> f32 {
+        let sum = |f: fn(&Grid) -> u32| self.grids[..FACES].iter().map(f).sum::<u32>() as f32;
+        sum(|grid| grid.crowded_points) / sum(Grid::points_in_all).max(1.0)
     }
 
     /// A tile is 2 to this many cells wide.
@@ -297,6 +347,22 @@ impl Tiles {
     pub(super) fn shift(&self, tile: usize) -> u32 {
         let [first, last, ..] = self.cells[tile];
         u32::from(last - first + 1).trailing_zeros()
+    }
+
+    /// Whether few triangles are near a tile ([`NOTHING`]: no).
+    #[inline(always)]
+    pub(super) fn is_sparse(&self, tile: u32) -> bool {
+        self.sparse.get(tile as usize) == Some(&true)
+    }
+
+    /// Of those that share a sparse tile, the one that takes a block.
+    #[inline(always)]
+    pub(super) fn share(&self, tile: u32, block: usize) -> u32 {
+        if self.any_sparse && self.is_sparse(tile) {
+            tile + (block as u32 / SHARE_BLOCKS) % SHARES
+        } else {
+            tile
+        }
     }
 
     /// Number of tiles.
@@ -355,6 +421,13 @@ impl Tiles {
         let mut g = std::mem::take(&mut self.grids[grid]);
         let before = self.crowded.len();
         g.root = self.split(&mut g, face, [0, 0, 0], None, depth);
+        if depth == 0 && g.root & NODE == 0 {
+            // Large triangles are held against children of nodes.
+            let mut node = Node { count: 1, ..Node::EMPTY };
+            node.child[0] = g.root;
+            g.root = NODE | self.nodes.len() as u32;
+            self.nodes.push(node);
+        }
         // Points of crowded cells go to grids of their own.
         if before < self.crowded.len() {
             for p in points {
@@ -405,7 +478,9 @@ impl Tiles {
         };
         // All points in one place: no grid parts them.
         let together = g.fit.scale == [0.0; 2];
-        if count > CROWDED * self.limit && level == g.levels && depth < DEPTH && !together {
+        let whole = level == 0 && g.sparse.contains(&None);
+        let sparse = whole || (level == g.levels && g.sparse.contains(&Some([x, y])));
+        if count > CROWDED * self.limit && level == g.levels && depth < DEPTH && !together && !sparse {
             let number = self.used;
             self.used += 1;
             if self.grids.len() < self.used {
@@ -420,14 +495,18 @@ impl Tiles {
             g.crowds = [first_x.min(x), last_x.max(x), first_y.min(y), last_y.max(y)];
             return NOTHING;
         }
-        if count <= self.limit || level == g.levels {
+        if count <= self.limit || level == g.levels || sparse {
             let tile = self.level.len() as u32;
-            self.level.push(level as u8);
-            self.face.push(face as u8);
             let shift = g.levels - level;
             let [first, last] =
                 [[x, y].map(|v| (v << shift) as u16), [x, y].map(|v| (((v + 1) << shift) - 1) as u16)];
-            self.cells.push([first[0], last[0], first[1], last[1]]);
+            for _ in 0..if sparse { SHARES } else { 1 } {
+                self.level.push(level as u8);
+                self.sparse.push(sparse);
+                self.face.push(face as u8);
+                self.list.push(tile);
+                self.cells.push([first[0], last[0], first[1], last[1]]);
+            }
             for row in y << shift..(y + 1) << shift {
                 let start = (row << g.levels | x << shift) as usize;
                 g.cells[start..start + (1 << shift)].fill(tile);
@@ -438,12 +517,7 @@ impl Tiles {
         let quarters = [0, 1, 2, 3].map(|i| [level + 1, 2 * x + (i & 1), 2 * y + (i >> 1)]);
         if level % 2 == 0 {
             let node = self.nodes.len() as u32;
-            self.nodes.push(Node {
-                bounds: [[0.0; 16]; 6],
-                child: [NOTHING; 16],
-                count: 0,
-                region: Region::EMPTY,
-            });
+            self.nodes.push(Node::EMPTY);
             g.nodes[(level / 2) as usize][(y << level | x) as usize] = node;
             add(self, NODE | node);
             for q in quarters {
@@ -458,9 +532,13 @@ impl Tiles {
         }
     }
 
-    /// Bounds of nodes, once those of the tiles are known. Children come after their parents. Faces without samples lose their
+    /// Bounds of what shares a list, and of nodes, once those of the tiles are known. Children come after their parents. Faces without samples lose their
     /// roots.
     pub(super) fn bound_nodes(&mut self) {
+        for tile in 0..if self.any_sparse { self.len() } else { 0 } {
+            let list = self.list[tile] as usize;
+            self.region[list] = self.region[list].union(&self.region[tile]);
+        }
         for i in (0..self.nodes.len()).rev() {
             let (before, after) = self.nodes.split_at_mut(i + 1);
             let node = &mut before[i];
@@ -488,11 +566,10 @@ impl Tiles {
             node.count = kept;
         }
         for grid in &mut self.grids[..FACES] {
-            let region = match grid.root {
-                NOTHING => continue,
-                node if node & NODE != 0 => self.nodes[(node & !NODE) as usize].region,
-                tile => self.region[tile as usize],
-            };
+            if grid.root == NOTHING {
+                continue;
+            }
+            let region = self.nodes[(grid.root & !NODE) as usize].region;
             if region.lo[0] > region.hi[0] {
                 grid.root = NOTHING;
             }
@@ -505,6 +582,7 @@ impl Tiles {
             |g: &Grid| (g.cells.len() + g.counts.iter().chain(&g.nodes).map(Vec::len).sum::<usize>()) * 4;
         self.grids[..self.used].iter().map(grid).sum::<usize>()
             + self.nodes.len() * size_of::<Node>()
-            + self.len() * (size_of::<Region>() + 2)
+            // Region, cells, list; face, level, and whether few triangles are near.
+            + self.len() * (size_of::<Region>() + size_of::<[u16; 4]>() + 4 + 3)
     }
 }

@@ -13,7 +13,7 @@ use super::layout::{BLOCK, HALF, Layout, is_background};
 use super::lists::Lists;
 use super::prefetch::prefetch;
 use super::shuffle::{columns, least_of_halves, two};
-use super::tuning::{BLOCK_LEAVES, LEAST_PART};
+use super::tuning::{ALONE, BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
 
 /// Numbers that are asked for ahead in each line of a block: eight blocks of a picture.
@@ -119,18 +119,27 @@ fn points<S: Simd>(s: S, rows: &[[f32; 4]; 8]) -> [f32x8<S>; 3] {
 #[repr(align(128))]
 pub(super) struct Gathered {
     /// Leaves by tile.
-    pub(super) leaves: Lists<Leaf>,
+    pub(super) leaves: Lists<Leaf, 14>,
     /// Samples by tile, on their own.
-    pub(super) loose: Lists<Loose>,
+    pub(super) loose: Lists<Loose, 14>,
     /// Samples without a direction that f32 can hold: on the light, or out of all proportion.
     pub(super) wild: Vec<u32>,
     /// Packed bounds by tile.
     pub(super) regions: Vec<[f32; 8]>,
     /// A coordinate was infinite.
     pub(super) broken: bool,
+    /// Halves of blocks, one after another, whose samples were all alone in their tile.
+    alone: u32,
 }
 
 impl Gathered {
+    /// Whether the samples of a block are likely to be alone in their tiles, each, as those before it in its row of blocks were. One in sixteen is looked at
+    /// all the same.
+    #[inline(always)]
+    fn all_alone(&self, block: usize) -> bool {
+        self.alone >= ALONE && !block.is_multiple_of(16)
+    }
+
     pub(super) fn reset(&mut self, tiles: usize) {
         self.leaves.reset(tiles);
         self.loose.reset(tiles);
@@ -192,6 +201,7 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
         mask.fill(LIT);
     }
     let mut batch = Batch::new();
+    out.alone = 0;
     for column in 0..layout.columns {
         let block = row * layout.columns + column;
         let rows = layout.rows_at(pass.positions, row, column);
@@ -206,7 +216,9 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
             }
         }
         let q = from_light(pass, layout.load_rows(s, pass.positions, block, rows));
-        if let Some((face, sides)) = whole_block(s, &q) {
+        if !out.all_alone(block)
+            && let Some((face, sides)) = whole_block(s, &q)
+        {
             batch.push(block, face, sides);
             if batch.len == BATCH {
                 settle(s, pass, &mut batch, out);
@@ -255,7 +267,8 @@ fn settle<S: Simd>(s: S, pass: &Pass<'_>, batch: &mut Batch, out: &mut Gathered)
     for i in 0..batch.len {
         let (sides, face) = (f32x8::load_array_ref(s, &batch.sides[i]), batch.blocks[i].1 as usize);
         let tile = pass.tiles.home(s, face, sides, true).unwrap_or(NOTHING);
-        tiles[i] = if shallow(sides, pass.band[face]) { tile } else { NOTHING };
+        let is_deep = !shallow(sides, pass.band[face]) && !pass.tiles.is_sparse(tile);
+        tiles[i] = if is_deep { NOTHING } else { tile };
     }
     for i in 0..batch.len {
         let (block, tile) = (batch.blocks[i].0 as usize, tiles[i]);
@@ -263,7 +276,7 @@ fn settle<S: Simd>(s: S, pass: &Pass<'_>, batch: &mut Batch, out: &mut Gathered)
             let q = from_light(pass, pass.layout.load(s, pass.positions, block));
             parts(s, pass, block, &q, out);
         } else {
-            add(s, out, tile, f32x8::load_array_ref(s, &batch.sides[i]), block, u32::MAX);
+            add(s, pass, out, tile, f32x8::load_array_ref(s, &batch.sides[i]), block, u32::MAX);
         }
     }
     batch.len = 0;
@@ -422,15 +435,25 @@ fn part_face<S: Simd>(
     let sides = bounds(s, &c);
     let (mut left, mut alone) = (mask, 0);
     let (mut tiles, mut known) = ([u32x8::splat(s, NOTHING); 2], false);
-    if shallow(sides, pass.band[face]) {
-        if let Some(tile) = pass.tiles.home(s, face, sides, true) {
-            add(s, out, tile, sides, block, place(mask));
+    if out.all_alone(block) {
+        tiles = tiles_of(s, pass, face, &c);
+        loosen(s, pass, block, half, mask, &tiles, &c, out);
+        return;
+    }
+    let is_shallow = shallow(sides, pass.band[face]);
+    if is_shallow || pass.tiles.any_sparse {
+        if let Some(tile) = pass.tiles.home(s, face, sides, true)
+            && (is_shallow || pass.tiles.is_sparse(tile))
+        {
+            out.alone = 0;
+            add(s, pass, out, tile, sides, block, place(mask));
             return;
         }
-        // Too large for any tile.
+        // Too large for any tile, or samples of a sparse one among others.
         (tiles, known) = (tiles_of(s, pass, face, &c), true);
-        alone = pieces(s, block, half, mask, &tiles, &c, out);
-        left = 0;
+        let now = if is_shallow { mask } else { mask & sparse(pass, &tiles) };
+        alone = pieces(s, pass, block, half, now, &tiles, &c, out);
+        left = mask & !now;
     }
     // Several depths.
     for _ in 0..BLOCK_LEAVES {
@@ -448,22 +471,33 @@ fn part_face<S: Simd>(
         repeat(s, &mut only, part);
         let sides = bounds(s, &only);
         if let Some(tile) = pass.tiles.home(s, face, sides, false) {
-            add(s, out, tile, sides, block, place(part));
+            add(s, pass, out, tile, sides, block, place(part));
         } else {
             if !known {
                 (tiles, known) = (tiles_of(s, pass, face, &c), true);
             }
-            alone |= pieces(s, block, half, part, &tiles, &c, out);
+            alone |= pieces(s, pass, block, half, part, &tiles, &c, out);
         }
         left &= !part;
     }
     alone |= left;
+    out.alone = match alone {
+        alone if alone != mask => 0,
+        // A few at the border of the background say little.
+        _ => out.alone + u32::from(mask.count_ones() >= 4),
+    };
     if alone != 0 {
         if !known {
             tiles = tiles_of(s, pass, face, &c);
         }
         loosen(s, pass, block, half, alone, &tiles, &c, out);
     }
+}
+
+/// Which of sixteen tiles few triangles are near.
+#[inline(always)]
+fn sparse<S: Simd>(pass: &Pass<'_>, tiles: &[u32x8<S>; 2]) -> u16 {
+    (0..16).map(|i| u16::from(pass.tiles.is_sparse(tiles[i / 8][i % 8])) << i).sum()
 }
 
 /// Tiles of sixteen samples.
@@ -488,7 +522,7 @@ fn repeat<S: Simd>(s: S, c: &mut [[f32x8<S>; 2]; 3], mask: u16) {
 
 /// Packed bounds of sixteen samples.
 #[inline(always)]
-fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
+pub(super) fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
     let lo = [c[0][0].min(c[0][1]), c[1][0].min(c[1][1]), c[2][0].min(c[2][1])];
     let hi = [c[0][0].max(c[0][1]), c[1][0].max(c[1][1]), c[2][0].max(c[2][1])];
     pack(s, lo, hi)
@@ -563,7 +597,16 @@ fn exist(pass: &Pass<'_>, block: usize, out: &mut Gathered) -> u32 {
 }
 
 #[inline(always)]
-fn add<S: Simd>(s: S, out: &mut Gathered, tile: u32, sides: f32x8<S>, block: usize, mask: u32) {
+fn add<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    out: &mut Gathered,
+    tile: u32,
+    sides: f32x8<S>,
+    block: usize,
+    mask: u32,
+) {
+    let tile = pass.tiles.share(tile, block);
     widen(s, &mut out.regions[tile as usize], sides);
     out.leaves.push(tile, Leaf::new(s, sides, block as u32, mask));
 }
@@ -578,6 +621,7 @@ fn widen<S: Simd>(s: S, bounds: &mut [f32; 8], sides: f32x8<S>) {
 #[inline(always)]
 fn pieces<S: Simd>(
     s: S,
+    pass: &Pass<'_>,
     block: usize,
     half: usize,
     mask: u16,
@@ -587,6 +631,9 @@ fn pieces<S: Simd>(
 ) -> u16 {
     let mut left = mask;
     for _ in 0..BLOCK_LEAVES {
+        if left == 0 {
+            break;
+        }
         let first = left.trailing_zeros() as usize;
         let tile = tiles[first / 8][first % 8];
         let part = left & both([tiles[0].simd_eq(tile), tiles[1].simd_eq(tile)]);
@@ -595,11 +642,8 @@ fn pieces<S: Simd>(
         }
         let mut only = *c;
         repeat(s, &mut only, part);
-        add(s, out, tile, bounds(s, &only), block, u32::from(part) << (HALF * half));
+        add(s, pass, out, tile, bounds(s, &only), block, u32::from(part) << (HALF * half));
         left &= !part;
-        if left == 0 {
-            break;
-        }
     }
     left
 }

@@ -2,8 +2,6 @@
 
 use super::prefetch::prefetch;
 
-/// Items of a chunk.
-const ITEMS: usize = 14;
 const NONE: u32 = u32::MAX;
 
 /// A chunk is asked for when the one so many before it is read.
@@ -11,7 +9,7 @@ const AHEAD: usize = 8;
 
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-struct Chunk<T> {
+struct Chunk<T, const ITEMS: usize> {
     /// The chunk before; it is full.
     next: u32,
     /// The one [`AHEAD`] before.
@@ -30,17 +28,17 @@ struct Tail {
 /// A power of two over [`ITEMS`].
 const FULL: u32 = 16;
 
-/// Lists by number.
+/// Lists by number, in chunks of `ITEMS` items.
 #[derive(Debug, Default)]
-pub(super) struct Lists<T> {
+pub(super) struct Lists<T, const ITEMS: usize> {
     tails: Vec<Tail>,
     /// The last chunks of each list, in a ring.
     recent: Vec<[u32; AHEAD]>,
-    chunks: Vec<Chunk<T>>,
+    chunks: Vec<Chunk<T, ITEMS>>,
     items: usize,
 }
 
-impl<T: Copy + Default> Lists<T> {
+impl<T: Copy + Default, const ITEMS: usize> Lists<T, ITEMS> {
     /// `count` empty lists. Memory is kept.
     pub(super) fn reset(&mut self, count: usize) {
         self.tails.clear();
@@ -127,7 +125,7 @@ impl<T: Copy + Default> Lists<T> {
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
         self.tails.len() * (size_of::<Tail>() + size_of::<[u32; AHEAD]>())
-            + self.chunks.len() * size_of::<Chunk<T>>()
+            + self.chunks.len() * size_of::<Chunk<T, ITEMS>>()
     }
 }
 
@@ -137,7 +135,7 @@ mod tests {
 
     #[test]
     fn lists_hold_what_was_pushed_and_forget_it() {
-        let mut lists = Lists::default();
+        let mut lists = Lists::<u32, 14>::default();
         lists.reset(3);
         (0..100).for_each(|i| lists.push(i % 2, i));
         let mut got = Vec::new();

@@ -4,6 +4,7 @@
 //! exactness needs.
 //!
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 to 12,000 samples each, fewer where samples are few.
+//!    [`sparse`]: where few triangles are near many samples in no order, there is one tile for all.
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: tile by tile, [`chunk`]: eight blocks of eight of a tile's triangles at a time,
@@ -28,6 +29,7 @@ mod order;
 mod pairs;
 mod prefetch;
 mod shuffle;
+mod sparse;
 mod state;
 #[cfg(test)]
 mod tests;
@@ -45,6 +47,7 @@ use rayon::prelude::*;
 use self::frame::FACES;
 use self::grid::{NOTHING, Point, Tiles};
 use self::layout::{BLOCK, Layout};
+use self::sparse::Crowds;
 use self::tuning::{EVERY, WIDE};
 use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
 use crate::Isa;
@@ -59,6 +62,7 @@ pub struct LightTiles {
     capacity: usize,
     tiles: Tiles,
     points: Vec<Point>,
+    crowds: Crowds,
     gathered: Vec<leaves::Gathered>,
     binned: Vec<bin::Binned>,
     scratch: Vec<work::Scratch>,
@@ -86,13 +90,14 @@ impl LightTiles {
         LightTiles::with_capacity(options, CAPACITY)
     }
 
-    /// With room for about `entries` list entries (a triangle, or several of eight that follow one another, in a tile; 8 bytes each); what does not fit is done in rounds.
+    /// With room for about `entries` list entries of 8 bytes (a triangle in a tile is one; several of eight that follow one another, with their bounds, are four); what does not fit is done in rounds.
     pub fn with_capacity(options: &Options, entries: usize) -> LightTiles {
         LightTiles {
             isa: options.isa,
             capacity: entries,
             tiles: Tiles::default(),
             points: Vec::new(),
+            crowds: Crowds::default(),
             gathered: Vec::new(),
             binned: Vec::new(),
             scratch: Vec::new(),
@@ -139,7 +144,7 @@ impl Method for LightTiles {
         self.scratch.resize_with(workers, Default::default);
 
         let margin = if triangles.len() <= positions.len() / WIDE { 2 } else { 1 };
-        let (band, filled) = self.choose_tiles(&layout, positions, light, triangles.len(), margin, mask);
+        let (band, filled) = self.choose_tiles(isa, &layout, positions, light, triangles, margin, mask);
         stats.stage("choose_tiles");
         self.gather(isa, &layout, positions, light, band, filled, mask);
         stats.stage("gather_samples");
@@ -164,9 +169,9 @@ impl Method for LightTiles {
             stats.stage("bin_triangles");
             self.work(isa, &layout, positions, triangles, light, rounds > 1);
             stats.stage("test_tiles");
-            let now: usize = self.binned.iter().map(|w| w.ids.items()).sum();
+            let now: usize = self.binned.iter().map(bin::Binned::entries).sum();
             entries += now;
-            peak = peak.max(self.binned.iter().map(|w| w.ids.bytes()).sum());
+            peak = peak.max(self.binned.iter().map(|w| w.ids.bytes() + w.eights.bytes()).sum());
         }
         if self.gathered.iter().any(|w| w.broken) || self.binned.iter().any(|w| w.broken) {
             check_input(triangles, samples, light, mask)?;
@@ -198,10 +203,11 @@ impl LightTiles {
     /// rows were filled.
     fn choose_tiles(
         &mut self,
+        isa: Isa,
         layout: &Layout,
         positions: &[[f32; 3]],
         light: [f32; 3],
-        triangles: usize,
+        triangles: &[Triangle],
         margin: u32,
         mask: &mut [u8],
     ) -> ([f32; FACES], usize) {
@@ -219,8 +225,9 @@ impl LightTiles {
                     (std::array::from_fn(|f| a[f].union(&b[f])), std::array::from_fn(|f| m[f] + n[f]))
                 },
             );
-        let Self { tiles, points, .. } = self;
-        tiles.count(points, &bounds, &counts, triangles, margin);
+        let Self { tiles, points, crowds, .. } = self;
+        tiles.count(points, &bounds, &counts, triangles.len(), margin);
+        crowds.find(isa, tiles, points, columns, &bounds, triangles, light);
         // Choosing is serial; who has nothing to do does something useful meanwhile, and stays awake.
         let chosen = AtomicBool::new(false);
         let choose = || {
@@ -277,6 +284,7 @@ impl LightTiles {
         let tiles = self.tiles.len();
         self.binned.par_iter_mut().with_max_len(1).for_each(|worker| {
             worker.ids.reset(tiles);
+            worker.eights.reset(tiles);
             dispatch!(level, s => bin::bin(s, &pass, worker));
         });
     }

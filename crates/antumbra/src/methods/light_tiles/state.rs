@@ -8,7 +8,7 @@ use fearless_simd::{Simd, SimdBase, f32x8};
 use super::boxes::{Boxes, SIXTEEN};
 use super::chunk::Setup;
 use super::layout::HALF;
-use super::leaves::{LOOSE, LOW, Leaf, Loose, directions, load_loose};
+use super::leaves::{LOOSE, LOW, Leaf, Loose, bounds, directions, load_loose};
 use super::tuning::AHEAD;
 use super::work::{Counts, Pass, ask_for};
 
@@ -40,26 +40,61 @@ pub(super) struct State {
 impl State {
     /// Nothing is known yet.
     #[inline(always)]
-    pub(super) fn start<S: Simd>(&mut self, s: S, leaves: &[Leaf], dense: bool) {
-        debug_assert!(!dense || leaves.iter().all(|leaf| !leaf.is_whole()));
+    pub(super) fn start<S: Simd>(&mut self, s: S, leaves: &[Leaf]) {
+        self.make_room(leaves.len());
+        for (i, leaf) in leaves.iter().enumerate() {
+            self.push(i, leaf, Part::new(s, leaf.sides(s)));
+        }
+        self.alive.resize(leaves.len().next_multiple_of(SIXTEEN), 0);
+    }
+
+    /// The same for a dense tile, where leaves have sixteen samples at most: loads them as well, and bounds each half of a block by itself.
+    #[inline(always)]
+    pub(super) fn start_dense<S: Simd>(
+        &mut self,
+        s: S,
+        pass: &Pass<'_>,
+        setup: &Setup,
+        leaves: &[Leaf],
+        loose: &[Loose],
+    ) {
+        debug_assert!(leaves.iter().all(|leaf| !leaf.is_whole()));
+        self.make_room(leaves.len());
+        if self.seen.len() < leaves.len() {
+            self.seen.resize(leaves.len(), [[0.0; HALF]; 2]);
+        }
+        for (i, leaf) in leaves.iter().enumerate() {
+            ask_for(pass, leaves.get(i + 2 * AHEAD));
+            let points = load_half(s, pass, leaf, loose);
+            let c = directions(s, setup.frame, pass.light, &points);
+            for k in 0..3 {
+                s.combine_f32x8(points[k][0], points[k][1]).store_array(&mut self.points[i][k][0]);
+            }
+            s.combine_f32x8(c[0][0], c[0][1]).store_array(&mut self.seen[i][0]);
+            s.combine_f32x8(c[1][0], c[1][1]).store_array(&mut self.seen[i][1]);
+            let is_half = leaf.mask() >> shift(leaf) == LOW;
+            let sides = if is_half { bounds(s, &c) } else { leaf.sides(s) };
+            self.push(i, leaf, Part::new(s, sides));
+        }
+        self.alive.resize(leaves.len().next_multiple_of(SIXTEEN), 0);
+    }
+
+    fn make_room(&mut self, leaves: usize) {
         self.parts.clear();
         self.alive.clear();
         self.open.clear();
-        self.boxes.resize(leaves.len().div_ceil(SIXTEEN), Boxes::ZERO);
-        for (i, leaf) in leaves.iter().enumerate() {
-            let part = Part::new(s, leaf.sides(s));
-            self.boxes[i / SIXTEEN].set(i % SIXTEEN, &part);
-            self.parts.push(part);
-            self.alive.push(leaf.mask() >> shift(leaf));
-        }
-        self.alive.resize(leaves.len().next_multiple_of(SIXTEEN), 0);
         // What is in them does not matter yet.
-        if self.points.len() < leaves.len() {
-            self.points.resize(leaves.len(), [[[0.0; HALF]; 2]; 3]);
+        self.boxes.resize(leaves.div_ceil(SIXTEEN), Boxes::ZERO);
+        if self.points.len() < leaves {
+            self.points.resize(leaves, [[[0.0; HALF]; 2]; 3]);
         }
-        if dense && self.seen.len() < leaves.len() {
-            self.seen.resize(leaves.len(), [[0.0; HALF]; 2]);
-        }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, i: usize, leaf: &Leaf, part: Part) {
+        self.boxes[i / SIXTEEN].set(i % SIXTEEN, &part);
+        self.parts.push(part);
+        self.alive.push(leaf.mask() >> shift(leaf));
     }
 
     /// Loads the samples of some leaves, and asks for those of the next.
@@ -68,25 +103,13 @@ impl State {
         &mut self,
         s: S,
         pass: &Pass<'_>,
-        setup: &Setup,
         leaves: &[Leaf],
         loose: &[Loose],
         range: std::ops::Range<usize>,
-        dense: bool,
     ) {
         for i in range {
             ask_for(pass, leaves.get(i + AHEAD));
-            let points = &mut self.points[i];
-            load_points(s, pass, &leaves[i], loose, points);
-            if dense {
-                let at = |k: usize| {
-                    let p = &points[k][0];
-                    [f32x8::from_slice(s, &p[..8]), f32x8::from_slice(s, &p[8..])]
-                };
-                let [x, y, _] = directions(s, setup.frame, pass.light, &[at(0), at(1), at(2)]);
-                s.combine_f32x8(x[0], x[1]).store_array(&mut self.seen[i][0]);
-                s.combine_f32x8(y[0], y[1]).store_array(&mut self.seen[i][1]);
-            }
+            load_points(s, pass, &leaves[i], loose, &mut self.points[i]);
         }
     }
 
@@ -128,23 +151,30 @@ fn shift(leaf: &Leaf) -> usize {
 
 #[inline(always)]
 fn load_points<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose], points: &mut Points) {
-    let block = leaf.block();
-    let half = if block & LOOSE != 0 {
-        let first = (block & !LOOSE) as usize;
-        load_loose(s, &loose[first..loose.len().min(first + HALF)])
-    } else if leaf.is_whole() {
-        let whole = pass.layout.load(s, pass.positions, block as usize);
+    if leaf.is_whole() {
+        let whole = pass.layout.load(s, pass.positions, leaf.block() as usize);
         for k in 0..3 {
             for i in 0..2 {
                 s.combine_f32x8(whole[k][2 * i], whole[k][2 * i + 1]).store_array(&mut points[k][i]);
             }
         }
         return;
-    } else {
-        pass.layout.load_half(s, pass.positions, block as usize, usize::from(leaf.mask() & LOW == 0))
-    };
+    }
+    let half = load_half(s, pass, leaf, loose);
     for k in 0..3 {
         s.combine_f32x8(half[k][0], half[k][1]).store_array(&mut points[k][0]);
+    }
+}
+
+/// World coordinates of up to sixteen samples.
+#[inline(always)]
+fn load_half<S: Simd>(s: S, pass: &Pass<'_>, leaf: &Leaf, loose: &[Loose]) -> [[f32x8<S>; 2]; 3] {
+    let block = leaf.block();
+    if block & LOOSE != 0 {
+        let first = (block & !LOOSE) as usize;
+        load_loose(s, &loose[first..loose.len().min(first + HALF)])
+    } else {
+        pass.layout.load_half(s, pass.positions, block as usize, usize::from(leaf.mask() & LOW == 0))
     }
 }
 

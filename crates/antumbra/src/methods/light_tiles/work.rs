@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use antumbra_predicates::Triangle;
 use fearless_simd::Simd;
 
-use super::bin::{Binned, Entry, LARGE};
+use super::bin::{Binned, Eight, Entry, LARGE};
 use super::chunk::{Chunk, Eights, Setup};
 use super::grid::Tiles;
 use super::layout::{HALF, Layout};
@@ -62,9 +62,9 @@ pub(super) struct Scratch {
     pub(super) counts: Counts,
     /// One word a block: samples that this worker has found in shadow. Words for all would have to be changed by atomic instructions, which wait for one another.
     pub(super) words: Vec<u32>,
-    /// Triangles of the tile's list: those on their own, and several of eight that follow one another ([`Entry::as_eight`]).
+    /// Triangles of the tile's list: those on their own, and several of eight that follow one another.
     entries: Vec<Entry>,
-    eights: Vec<(u32, u8)>,
+    eights: Vec<Eight>,
     entry_keys: Vec<u32>,
     ids: Vec<u32>,
     chunk: Box<Chunk>,
@@ -96,8 +96,10 @@ pub(super) fn work<S: Simd>(s: S, pass: &Pass<'_>, scratch: &mut Scratch) {
         for worker in pass.gathered {
             worker.leaves.ask_for(tile + 1);
         }
+        let next = pass.tiles.list.get(tile + 1).map_or(0, |list| *list as usize);
         for worker in pass.binned {
-            worker.ids.ask_for_more(tile + 1);
+            worker.ids.ask_for_more(next);
+            worker.eights.ask_for_more(next);
         }
         one_tile(s, pass, tile, scratch);
     }
@@ -109,7 +111,8 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     if region.lo[0] > region.hi[0] {
         return;
     }
-    if pass.covered[tile].load(Relaxed) {
+    let list = pass.tiles.list[tile] as usize;
+    if pass.covered[list].load(Relaxed) {
         cover(pass, tile, &mut scratch.words);
         scratch.counts.node_accept += 1;
         return;
@@ -117,14 +120,8 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     scratch.entries.clear();
     scratch.eights.clear();
     for worker in pass.binned {
-        worker.ids.each(tile, |entries| {
-            for entry in entries {
-                match entry.as_eight() {
-                    Some(eight) => scratch.eights.push(eight),
-                    None => scratch.entries.push(*entry),
-                }
-            }
-        });
+        worker.ids.each(list, |entries| scratch.entries.extend_from_slice(entries));
+        worker.eights.each(list, |eights| scratch.eights.extend_from_slice(eights));
     }
     if scratch.triangles() == 0 {
         return;
@@ -154,17 +151,12 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     let eights = Eights { ids: ids.as_chunks().0, count: entries.len(), more: eights };
     let at_once = if sort { large.div_ceil(8) } else { eights.len() };
     for leaves in leaves.chunks(MOST_LEAVES) {
-        apart(
-            s,
-            #[inline(always)]
-            || state.start(s, leaves, dense),
-        );
         // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
         let mut next = 0;
-        while next < eights.len() && state.is_alive() {
+        while next == 0 || (next < eights.len() && state.is_alive()) {
             let is_first = next == 0;
             if is_first {
-                ask_for(pass, leaves.iter().take(AHEAD));
+                ask_for(pass, leaves.iter().take(if dense { 2 * AHEAD } else { AHEAD }));
             }
             if apart(
                 s,
@@ -175,15 +167,28 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
                 counts.node_accept += 1;
                 return;
             }
-            let step = if is_first { FIRST_LEAVES } else { LEAVES };
+            if is_first && dense {
+                apart(
+                    s,
+                    #[inline(always)]
+                    || state.start_dense(s, pass, &setup, leaves, loose),
+                );
+            } else if is_first {
+                apart(
+                    s,
+                    #[inline(always)]
+                    || state.start(s, leaves),
+                );
+            }
+            let step = if is_first && !dense { FIRST_LEAVES } else { LEAVES };
             for first in (0..leaves.len()).step_by(step) {
                 let range = first..leaves.len().min(first + step);
-                if is_first {
+                if is_first && !dense {
                     let range = range.clone();
                     apart(
                         s,
                         #[inline(always)]
-                        || state.load(s, pass, &setup, leaves, loose, range, dense),
+                        || state.load(s, pass, leaves, loose, range),
                     );
                 }
                 if dense {
@@ -280,21 +285,16 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
                 leaves.extend_from_slice(of_worker);
                 return;
             }
-            if dense {
-                ask_for(pass, of_worker.iter());
-            }
             for leaf in of_worker {
-                let block = leaf.block();
                 let leaf = if pass.again {
-                    leaf.with_mask(leaf.mask() & !pass.words[block as usize])
+                    leaf.with_mask(leaf.mask() & !pass.words[leaf.block() as usize])
                 } else {
                     *leaf
                 };
                 if dense && leaf.is_whole() {
+                    // Their bounds are made narrower when the samples are loaded.
                     for half in 0..2 {
-                        let p = pass.layout.load_half(s, pass.positions, block as usize, half);
-                        let sides = bounds_of(s, face, pass.light, &p);
-                        leaves.push(Leaf::new(s, sides, block, leaf.mask() & (LOW << (HALF * half))));
+                        leaves.push(leaf.with_mask(leaf.mask() & (LOW << (HALF * half))));
                     }
                 } else if leaf.mask() != 0 {
                     leaves.push(leaf);
