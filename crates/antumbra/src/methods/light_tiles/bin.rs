@@ -237,10 +237,23 @@ fn within<S: Simd>(
 
 /// Bounds of eight triangles as seen from the light, within one face.
 #[derive(Clone, Copy, Debug)]
-struct SeenEight<S: Simd> {
-    x: [f32x8<S>; 2],
-    y: [f32x8<S>; 2],
-    r: f32x8<S>,
+pub(super) struct SeenEight<S: Simd> {
+    pub(super) x: [f32x8<S>; 2],
+    pub(super) y: [f32x8<S>; 2],
+    pub(super) r: f32x8<S>,
+}
+
+impl<S: Simd> SeenEight<S> {
+    /// Which of them may block some sample of a region; bits.
+    #[inline(always)]
+    pub(super) fn near(&self, region: &Region) -> u32 {
+        let near = self.r.simd_ge(region.lo[2])
+            & self.x[0].simd_le(region.hi[0])
+            & self.x[1].simd_ge(region.lo[0])
+            & self.y[0].simd_le(region.hi[1])
+            & self.y[1].simd_ge(region.lo[1]);
+        near.to_bitmask() as u32
+    }
 }
 
 /// Eight triangles that are seen close together, as neighbours in a mesh are: each tile in the cells around all of them is held against the
@@ -277,12 +290,7 @@ fn together<S: Simd>(
     let mut found = 0;
     each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
         let region = &tiles.region[tile as usize];
-        let near = seen.r.simd_ge(region.lo[2])
-            & seen.x[0].simd_le(region.hi[0])
-            & seen.x[1].simd_ge(region.lo[0])
-            & seen.y[0].simd_le(region.hi[1])
-            & seen.y[1].simd_ge(region.lo[1]);
-        let mut near = near.to_bitmask() as u32 & live;
+        let mut near = seen.near(region) & live;
         if near == 0 || pass.covered[tile as usize].load(Relaxed) {
             return;
         }

@@ -74,7 +74,7 @@ impl Setup {
     }
 }
 
-/// Eight triangles. Bounds are known; the rest is prepared when they meet a leaf.
+/// Eight triangles, or their numbers only ([`Chunk`] says which); what bounds do not need is prepared when they meet a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prepared {
     pub(super) block: TileBlock,
@@ -87,12 +87,11 @@ impl Prepared {
     /// Reads the triangles, and finds those that may block a sample of the tile by their bounds.
     #[inline(always)]
     fn look<S: Simd>(&mut self, s: S, triangles: &[Triangle], setup: &Setup) {
-        let Frame { axis, sign } = setup.frame;
         let [a, b, c, d, e, f, g, h] = self.ids;
         let at = |id: u32| &triangles[id as usize];
         let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
         for corner in &mut corner {
-            *corner = [corner[axis[0]], corner[axis[1]], corner[axis[2]] * sign];
+            *corner = setup.frame.turn_eight(*corner);
         }
         self.live = self.block.look(s, corner, self.live, &setup.tile);
     }
@@ -151,8 +150,8 @@ impl Default for Chunk {
 }
 
 impl Chunk {
-    /// Takes the next triangles, from eight `next` on, that may block a sample of the tile; those before eight `at_once` are prepared. True if
-    /// one covers the tile.
+    /// Takes the next triangles, from eight `next` on, that may block a sample of the tile; those before eight `at_once` are prepared, those whose
+    /// common bounds are known are not read yet. True if one covers the tile.
     #[inline(always)]
     pub(super) fn fill<S: Simd>(
         &mut self,

@@ -1,7 +1,7 @@
 //! Pictures of the work: one number a sample.
 
 use super::layout::BLOCK;
-use super::leaves::Loose;
+use super::leaf::Loose;
 use super::{LightTiles, Method, Samples};
 use crate::methods::debug::{DebugView, check_view, complete, group};
 use crate::scene::{InputError, Triangle};

@@ -38,6 +38,12 @@ impl Frame {
         [u, v, w]
     }
 
+    /// A corner of each of eight triangles, or its vector from the light, in the frame. Exact.
+    #[inline(always)]
+    pub(super) fn turn_eight<S: Simd>(&self, p: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+        [p[self.axis[0]], p[self.axis[1]], p[self.axis[2]] * self.sign]
+    }
+
     /// A point or vector in the frame. Exact.
     #[inline(always)]
     pub(super) fn turn(&self, p: [f32; 3]) -> [f32; 3] {

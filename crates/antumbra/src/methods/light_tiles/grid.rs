@@ -215,7 +215,7 @@ impl Grid {
         self.counts[0][0]
     }
 
-    /// The cell of a point, if it has more than `limit`.
+    /// The cell of a point, if it is crowded: `limit` is what a tile may have.
     pub(super) fn crowded_cell(&self, [x, y]: [f32; 2], limit: u32) -> Option<[u32; 2]> {
         let [x, y] = [self.fit.cell(0, x), self.fit.cell(1, y)];
         let finest = &self.counts[self.levels as usize];

@@ -25,7 +25,7 @@ struct Tail {
     count: u32,
 }
 
-/// A power of two over [`ITEMS`].
+/// A power of two over the items of a chunk.
 const FULL: u32 = 16;
 
 /// Lists by number, in chunks of `ITEMS` items.
@@ -52,6 +52,7 @@ impl<T: Copy + Default, const ITEMS: usize> Lists<T, ITEMS> {
     /// Adds to a list.
     #[inline(always)]
     pub(super) fn push(&mut self, list: u32, item: T) {
+        const { assert!(ITEMS < FULL as usize) };
         self.items += 1;
         let tail = &mut self.tails[list as usize];
         if let Some(chunk) = self.chunks.get_mut(tail.chunk as usize)

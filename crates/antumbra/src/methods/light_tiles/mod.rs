@@ -5,7 +5,7 @@
 //!
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 to 12,000 samples each, fewer where samples are few.
 //!    [`sparse`]: where few triangles are near many samples in no order, there is one tile for all.
-//! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles, with bounds of directions and nearness.
+//! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles ([`leaf`]), with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: tile by tile, [`chunk`]: eight blocks of eight of a tile's triangles at a time,
 //! 5. [`pairs`]: blocks are tested against the leaves, then their triangles, then sample by sample; [`state`] is what is known of the samples.
@@ -23,6 +23,7 @@ mod descend;
 mod frame;
 mod grid;
 mod layout;
+mod leaf;
 mod leaves;
 mod lists;
 mod order;

@@ -10,7 +10,7 @@ use super::boxes::SIXTEEN;
 use super::chunk::{BLOCKS, Chunk, Setup};
 use super::frame::Frame;
 use super::layout::HALF;
-use super::leaves::LOW;
+use super::leaf::LOW;
 use super::state::{Open, Points, State};
 use super::tuning::{FIRST_LEAVES, LEAVES, MOST_LEAVES};
 use super::work::{Counts, Pass};

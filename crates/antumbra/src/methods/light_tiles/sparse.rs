@@ -8,6 +8,7 @@ use antumbra_predicates::tile::{Region, seen_bounds};
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 use rayon::prelude::*;
 
+use super::bin::SeenEight;
 use super::descend::Caster;
 use super::frame::{FACES, Frame};
 use super::grid::{NOTHING, Node, Point, Tiles};
@@ -153,25 +154,20 @@ fn scan<S: Simd>(
         let eight = &group[pick(i).min(group.len().saturating_sub(8))..];
         let eight = &eight[..eight.len().min(8)];
         let at = |i: usize| &eight[i.min(eight.len() - 1)];
-        let raw = corners(s, [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
-        let mut rel = raw;
+        let mut rel = corners(s, [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
         for v in &mut rel {
             *v = [v[0] - light[0], v[1] - light[1], v[2] - light[2]];
         }
         for (face, crowds) in crowds.iter().enumerate().filter(|(_, crowds)| !crowds.is_empty()) {
             let frame = Frame::of(face);
-            let turned = rel.map(|v| [v[frame.axis[0]], v[frame.axis[1]], v[frame.axis[2]] * frame.sign]);
+            let turned = [frame.turn_eight(rel[0]), frame.turn_eight(rel[1]), frame.turn_eight(rel[2])];
             // What is behind the light in this direction has open bounds.
             let ahead = turned[0][2].max(turned[1][2]).max(turned[2][2]).simd_gt(0.0).to_bitmask() as u32;
             let [x_lo, x_hi, y_lo, y_hi, r_hi] = seen_bounds(s, &turned);
+            let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
             let mut near = 0;
-            for Crowd { region: Region { lo, hi }, .. } in crowds {
-                let meets = x_lo.simd_le(hi[0])
-                    & x_hi.simd_ge(lo[0])
-                    & y_lo.simd_le(hi[1])
-                    & y_hi.simd_ge(lo[1])
-                    & r_hi.simd_ge(lo[2]);
-                near |= meets.to_bitmask() as u32;
+            for crowd in crowds {
+                near |= seen.near(&crowd.region);
             }
             near &= ahead & ((1 << eight.len()) - 1);
             while near != 0 {

@@ -8,7 +8,8 @@ use fearless_simd::{Simd, SimdBase, f32x8};
 use super::boxes::{Boxes, SIXTEEN};
 use super::chunk::Setup;
 use super::layout::HALF;
-use super::leaves::{LOOSE, LOW, Leaf, Loose, bounds, directions, load_loose};
+use super::leaf::{LOOSE, LOW, Leaf, Loose, load_loose};
+use super::leaves::{bounds, directions};
 use super::tuning::AHEAD;
 use super::work::{Counts, Pass, ask_for};
 

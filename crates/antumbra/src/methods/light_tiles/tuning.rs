@@ -49,7 +49,7 @@ pub(super) const NEAR_EVERY: usize = 4;
 pub(super) const SHARES: u32 = 16;
 pub(super) const SHARE_BLOCKS: u32 = 32;
 
-/// After so many halves of blocks, one after another, without two samples in a tile, the next one is not asked.
+/// After so many halves of blocks, one after another in a row, that gave no leaf, the next one goes sample by sample at once.
 pub(super) const ALONE: u32 = 8;
 
 /// How often a crowded cell may hold another grid.
