@@ -35,8 +35,8 @@ pub(super) const SPARE_CROWDED: u32 = 2;
 pub(super) const WIDE: usize = 16;
 
 /// If a larger part of the samples than this is in crowded cells, or far from its neighbours (more cells than [`FAR`]), the triangles near them are
-/// counted ([`super::sparse`]). The largest part of neighbours that are far apart is 0.18 in pictures of our scenes (neuron tubes), and none has more
-/// than 0.07 in crowded cells; shuffled lists and clumps are close to 1.
+/// counted ([`super::sparse`]). The largest part of neighbours that are far apart is 0.24 in pictures of our scenes (neuron tubes), and none has more
+/// than 0.07 in crowded cells; a forest as a list has 0.30, shuffled Sponza 0.81, clumps 0.94 to 0.98.
 pub(super) const LOOKED_AT: f32 = 0.25;
 pub(super) const FAR: u32 = 16;
 
