@@ -1,8 +1,8 @@
 //! The triangle pass: each triangle goes to the lists of the tiles whose samples it may block.
 //!
-//! Most triangles are seen small from the light: bounds of their directions, the cells around them, the tiles of the cells. Those that span
-//! more than some four tiles descend the tree of nodes with all four tests; a node that a triangle covers is done for good. Triangles that
-//! cross from one face of the cube to another descend from the roots of all faces.
+//! Most triangles are seen small from the light: bounds of their directions, the cells around them (around 32 neighbours, or eight, where they are
+//! seen close together), the tiles of the cells. Those that span more than some four tiles descend the tree of nodes with all four tests; a node
+//! that a triangle covers is done for good. Triangles that cross from one face of the cube to another descend from the roots of all faces.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
@@ -18,7 +18,7 @@ use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
 use super::prefetch::prefetch_eight;
 use super::shuffle::corners;
-use super::tuning::{FEW_CELLS, LEAST_EIGHT, TRIANGLES};
+use super::tuning::{FEW_CELLS, LEAST_EIGHT, MANY_CELLS, TRIANGLES};
 
 /// What all workers share.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ pub(super) struct Eight {
     pub(super) first: u32,
     /// Those that may block a sample of the tile; bits.
     pub(super) lanes: u32,
-    /// Bounds of all eight as seen from the light.
+    /// Bounds of those as seen from the light.
     pub(super) hull: Hull,
 }
 
@@ -122,17 +122,79 @@ pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
             if out.room() >= pass.capacity {
                 return;
             }
-            let end = out.left.end.min(out.left.start + 8);
-            prefetch_eight(pass.triangles, out.left.start + 8 * AHEAD);
-            eight(s, pass, out.left.start, end - out.left.start, out);
+            let start = out.left.start;
+            let end = out.left.end.min(start + 8 * EIGHTS);
+            for n in 0..EIGHTS {
+                prefetch_eight(pass.triangles, start + 8 * (AHEAD + n));
+            }
+            eights(s, pass, start, end - start, out);
             out.left.start = end;
         }
     }
 }
 
+/// Eights of triangles that are looked up together: neighbours in a mesh are in the same few tiles.
+const EIGHTS: usize = 4;
+
+/// Up to [`EIGHTS`] times eight triangles: together if they are seen close together, else eight by eight.
+#[inline(always)]
+fn eights<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) {
+    let used = count.div_ceil(8);
+    let mut eights = [Projected::none(s); EIGHTS];
+    for n in 0..used {
+        eights[n] = project(s, pass, first + 8 * n, (count - 8 * n).min(8), out);
+    }
+    let face = eights[0].face[0];
+    let (mut any, mut in_one) = (0, true);
+    for eight in &eights {
+        any |= eight.live;
+        in_one &= eight.is_in(face);
+    }
+    let grid = &pass.tiles.grids[face as usize];
+    if in_one
+        && any != 0
+        && grid.root != NOTHING
+        && let Some(found) = together(s, pass, grid, first, &eights, MANY_CELLS, out)
+    {
+        for n in 0..EIGHTS {
+            out.counts.culled_tris += u64::from((eights[n].live & !found[n]).count_ones());
+        }
+        return;
+    }
+    for n in 0..used {
+        settle(s, pass, first + 8 * n, &eights[n], out);
+    }
+}
+
+/// Eight triangles as seen from the light.
+#[derive(Clone, Copy, Debug)]
+struct Projected<S: Simd> {
+    seen: SeenEight<S>,
+    face: f32x8<S>,
+    /// Triangles that count; bits.
+    live: u32,
+    /// Within one face, with room to spare.
+    simple: u32,
+}
+
+impl<S: Simd> Projected<S> {
+    /// No triangles.
+    #[inline(always)]
+    fn none(s: S) -> Self {
+        let zero = f32x8::splat(s, 0.0);
+        Self { seen: SeenEight { x: [zero; 2], y: [zero; 2], r: zero }, face: zero, live: 0, simple: 0 }
+    }
+
+    /// Whether all that count are within a face.
+    #[inline(always)]
+    fn is_in(&self, face: f32) -> bool {
+        self.live & !(self.simple & self.face.simd_eq(face).to_bitmask() as u32) == 0
+    }
+}
+
 /// Up to eight triangles.
 #[inline(always)]
-fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) {
+fn project<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) -> Projected<S> {
     let zero = f32x8::splat(s, 0.0);
     let one = f32x8::splat(s, 1.0);
     let raw = match pass.triangles[first..].first_chunk() {
@@ -181,15 +243,22 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
         & w0.max(w1).max(w2).simd_le(LIMIT);
     let simple = simple.to_bitmask() as u32;
     let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
-    let faces = f0.to_array();
+    Projected { seen, face: f0, live, simple }
+}
+
+/// Up to eight triangles go to their tiles.
+#[inline(always)]
+fn settle<S: Simd>(s: S, pass: &Pass<'_>, first: usize, eight: &Projected<S>, out: &mut Binned) {
+    let Projected { face: in_face, live, simple, .. } = *eight;
+    let faces = in_face.to_array();
     let mut found = 0;
     // Face by face; mostly there is one.
     let mut left = live & simple;
     while left != 0 {
         let face = faces[left.trailing_zeros() as usize];
-        let here = left & f0.simd_eq(face).to_bitmask() as u32;
+        let here = left & in_face.simd_eq(face).to_bitmask() as u32;
         left &= !here;
-        found |= within(s, pass, face as usize, first, here, &seen, out);
+        found |= within(s, pass, face as usize, first, here, eight, out);
     }
     let mut crossing = live & !simple;
     while crossing != 0 {
@@ -200,7 +269,7 @@ fn eight<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
     out.counts.culled_tris += u64::from((live & !found).count_ones());
 }
 
-/// Triangles of eight that are seen within one face. Returns those that some tile took.
+/// Triangles of eight that are seen within one face: those in `live`. Returns those that some tile took.
 #[inline(always)]
 fn within<S: Simd>(
     s: S,
@@ -208,17 +277,19 @@ fn within<S: Simd>(
     face: usize,
     first: usize,
     mut live: u32,
-    seen: &SeenEight<S>,
+    eight: &Projected<S>,
     out: &mut Binned,
 ) -> u32 {
     let grid = &pass.tiles.grids[face];
     if grid.root == NOTHING {
         return 0;
     }
-    let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
-    if let Some(taken) = together(s, pass, grid, first, live, seen, [&columns, &rows], out) {
+    let here = [Projected { live, ..*eight }];
+    if let Some([taken]) = together(s, pass, grid, first, &here, FEW_CELLS, out) {
         return taken;
     }
+    let seen = &eight.seen;
+    let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
     let [x0, x1] = grid.fit.wider(s, 0, seen.x, pass.tiles.margin);
     let [y0, y1] = grid.fit.wider(s, 1, seen.y, pass.tiles.margin);
     let (x, y, r) = (seen.x, seen.y, seen.r.to_array());
@@ -254,26 +325,45 @@ impl<S: Simd> SeenEight<S> {
             & self.y[1].simd_ge(region.lo[1]);
         near.to_bitmask() as u32
     }
+
+    /// Bounds of some of them.
+    #[inline(always)]
+    fn hull(&self, s: S, lanes: u32) -> Hull {
+        let lanes = mask32x8::from_bitmask(s, u64::from(lanes));
+        let (most, least) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
+        [
+            lanes.select(self.x[0], most).reduce_min(),
+            lanes.select(self.x[1], least).reduce_max(),
+            lanes.select(self.y[0], most).reduce_min(),
+            lanes.select(self.y[1], least).reduce_max(),
+            lanes.select(self.r, least).reduce_max(),
+        ]
+    }
 }
 
-/// Eight triangles that are seen close together, as neighbours in a mesh are: each tile in the cells around all of them is held against the
-/// eight at once. Returns those that some tile took; `None`, and nothing done, where they are too far apart.
+/// Triangles that are seen close together, as neighbours in a mesh are: each tile in the cells around all of them is held against all at once. Returns
+/// those that some tile took; `None`, and nothing done, where they are too far apart.
 #[inline(always)]
-fn together<S: Simd>(
+fn together<S: Simd, const N: usize>(
     s: S,
     pass: &Pass<'_>,
     grid: &Grid,
     first: usize,
-    live: u32,
-    seen: &SeenEight<S>,
-    [columns, rows]: [&[u32; 8]; 2],
+    eights: &[Projected<S>; N],
+    most_cells: u32,
     out: &mut Binned,
-) -> Option<u32> {
+) -> Option<[u32; N]> {
     let tiles = pass.tiles;
-    let lanes = mask32x8::from_bitmask(s, u64::from(live));
     let (most, least) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
-    let x = [lanes.select(seen.x[0], most).reduce_min(), lanes.select(seen.x[1], least).reduce_max()];
-    let y = [lanes.select(seen.y[0], most).reduce_min(), lanes.select(seen.y[1], least).reduce_max()];
+    let (mut lo, mut hi) = ([most; 2], [least; 2]);
+    for n in 0..N {
+        let Projected { seen, live, .. } = &eights[n];
+        let lanes = mask32x8::from_bitmask(s, u64::from(*live));
+        lo = [lo[0].min(lanes.select(seen.x[0], most)), lo[1].min(lanes.select(seen.y[0], most))];
+        hi = [hi[0].max(lanes.select(seen.x[1], least)), hi[1].max(lanes.select(seen.y[1], least))];
+    }
+    let x = [lo[0].reduce_min(), hi[0].reduce_max()];
+    let y = [lo[1].reduce_min(), hi[1].reduce_max()];
     let last = (1 << grid.levels) - 1;
     let [x0, y0] = [
         grid.fit.cell(0, x[0]).saturating_sub(tiles.margin),
@@ -283,27 +373,39 @@ fn together<S: Simd>(
         (grid.fit.cell(0, x[1]) + tiles.margin).min(last),
         (grid.fit.cell(1, y[1]) + tiles.margin).min(last),
     ];
-    if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS || grid.crowded([x0, x1, y0, y1]) {
+    if (x1 - x0 + 1) * (y1 - y0 + 1) > most_cells || grid.crowded([x0, x1, y0, y1]) {
         return None;
     }
-    let complete = pass.triangles.len() - first >= 8;
-    let mut found = 0;
+    let (mut columns, mut rows) = ([[0; 8]; N], [[0; 8]; N]);
+    for n in 0..N {
+        columns[n] = grid.fit.places(s, 0, eights[n].seen.x[0]);
+        rows[n] = grid.fit.places(s, 1, eights[n].seen.y[0]);
+    }
+    let complete = pass.triangles.len() - first >= 8 * N;
+    let mut found = [0; N];
     each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
         let region = &tiles.region[tile as usize];
-        let mut near = seen.near(region) & live;
-        if near == 0 || pass.covered[tile as usize].load(Relaxed) {
+        let (mut near, mut any) = ([0; N], 0);
+        for n in 0..N {
+            near[n] = eights[n].live & eights[n].seen.near(region);
+            any |= near[n];
+        }
+        if any == 0 || pass.covered[tile as usize].load(Relaxed) {
             return;
         }
-        found |= near;
-        if complete && near.count_ones() >= LEAST_EIGHT {
-            let hull = [x[0], x[1], y[0], y[1], lanes.select(seen.r, least).reduce_max()];
-            out.eights.push(tile, Eight { first: first as u32, lanes: near, hull });
-            return;
-        }
-        while near != 0 {
-            let i = near.trailing_zeros() as usize;
-            near &= near - 1;
-            out.ids.push(tile, Entry { id: (first + i) as u32, at: rows[i] << 16 | columns[i] });
+        for n in 0..N {
+            let (mut near, first) = (near[n], first + 8 * n);
+            found[n] |= near;
+            if complete && near.count_ones() >= LEAST_EIGHT {
+                let hull = eights[n].seen.hull(s, near);
+                out.eights.push(tile, Eight { first: first as u32, lanes: near, hull });
+                continue;
+            }
+            while near != 0 {
+                let i = near.trailing_zeros() as usize;
+                near &= near - 1;
+                out.ids.push(tile, Entry { id: (first + i) as u32, at: rows[n][i] << 16 | columns[n][i] });
+            }
         }
     });
     Some(found)
