@@ -53,6 +53,7 @@ pub fn one(name: &str, case: &Arc<Case>, how: &How) -> Result<(Report, Vec<Measu
         rounds: usize::from(how.rounds),
         budget: Duration::from_secs(how.budget),
         rest: Duration::from_millis(how.rest),
+        stale: Duration::from_millis(how.stale),
     };
     let measured = measure(&mut engines, case, &pool, patience)?;
     let report = Report {
