@@ -11,7 +11,7 @@ use super::grid::Tiles;
 use super::layout::{HALF, Layout};
 use super::leaf::{LOOSE, LOW, Leaf, Loose, load_loose};
 use super::leaves::{Gathered, bounds_of};
-use super::order::{LeafPlace, counting_sort, entry_keys};
+use super::order::{LeafPlace, counting_sort, entry_keys, front_first};
 use super::pairs::{Memory, test};
 use super::prefetch::prefetch_second;
 use super::state::State;
@@ -65,6 +65,8 @@ pub(super) struct Scratch {
     pub(super) words: Vec<u32>,
     /// Triangles of the tile's list: those on their own, and several of eight that follow one another.
     entries: Vec<Entry>,
+    mixed_eights: Vec<Eight>,
+    /// The same, sorted.
     eights: Vec<Eight>,
     entry_keys: Vec<u32>,
     ids: Vec<u32>,
@@ -82,7 +84,7 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Triangles in the list of the tile, at most.
     fn triangles(&self) -> usize {
-        self.entries.len() + 8 * self.eights.len()
+        self.entries.len() + 8 * self.mixed_eights.len()
     }
 }
 
@@ -119,10 +121,10 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         return;
     }
     scratch.entries.clear();
-    scratch.eights.clear();
+    scratch.mixed_eights.clear();
     for worker in pass.binned {
         worker.ids.each(list, |entries| scratch.entries.extend_from_slice(entries));
-        worker.eights.each(list, |eights| scratch.eights.extend_from_slice(eights));
+        worker.eights.each(list, |eights| scratch.mixed_eights.extend_from_slice(eights));
     }
     if scratch.triangles() == 0 {
         return;
@@ -139,7 +141,19 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     }
     scratch.counts.leaves += scratch.leaves.len() as u64;
     let Scratch {
-        entries, eights, entry_keys, ids, chunk, leaves, loose, state, memory, words, counts, ..
+        entries,
+        mixed_eights,
+        eights,
+        entry_keys,
+        ids,
+        chunk,
+        leaves,
+        loose,
+        state,
+        memory,
+        words,
+        counts,
+        ..
     } = scratch;
     let setup = Setup::new(pass, tile);
     apart(
@@ -147,6 +161,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
         #[inline(always)]
         || sort_singles(s, pass, tile, entries, entry_keys, ids),
     );
+    front_first(mixed_eights, eights);
     // Large ones come first: one may cover the tile.
     let large = entries.iter().filter(|entry| entry.at == LARGE).count();
     let eights = Eights { ids: ids.as_chunks().0, count: entries.len(), more: eights };
