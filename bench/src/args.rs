@@ -97,7 +97,7 @@ pub struct How {
     /// Milliseconds of rest before each frame, for the other engines' threads to fall asleep.
     #[arg(long, default_value_t = 5)]
     pub rest: u64,
-    /// Milliseconds after which an engine that waits for others makes one more frame first, which does not count.
+    /// After a round with a frame longer than so many milliseconds, each engine makes one more first, which does not count.
     #[arg(long, default_value_t = 1000)]
     pub stale: u64,
 }

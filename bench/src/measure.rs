@@ -1,4 +1,4 @@
-//! Runs engines by turns: A B A B, so that whatever else the machine does meets all of them alike.
+//! Runs engines by turns: A B A B (A A B B after turns of seconds), so that whatever else the machine does meets all of them alike.
 
 use std::sync::Arc;
 use std::thread::sleep;
@@ -43,8 +43,8 @@ pub struct Patience {
     pub budget: Duration,
     /// Rest before each frame, for the threads of other engines to fall asleep.
     pub rest: Duration,
-    /// An engine that has waited for others longer than this makes one more frame first, which does not count: virtual machines may take memory
-    /// away that nobody has touched for seconds, and no frame follows another like that.
+    /// After a round in which an engine's turn took longer than this, each of them makes one more frame first, which does not count: virtual machines
+    /// may take memory away that nobody has touched for seconds, and no frame of a renderer waits like that for the next.
     pub stale: Duration,
 }
 
@@ -66,26 +66,29 @@ pub fn measure(
         all.push(Measured { name, setup: String::new(), exact, frames: Vec::new(), mask });
     }
     let start = Instant::now();
-    let mut last = vec![start; all.len()];
+    let mut twice = false;
     for round in 0..=patience.rounds {
         if round > 1 && start.elapsed() > patience.budget {
             break;
         }
-        for ((engine, measured), since) in engines.iter_mut().zip(&mut all).zip(&mut last) {
+        let mut longest = Duration::ZERO;
+        for (engine, measured) in engines.iter_mut().zip(&mut all) {
             let mut next = || {
                 sleep(patience.rest);
                 frame(engine.as_mut(), pool, &mut measured.mask).with_context(|| measured.name.clone())
             };
-            if round > 0 && since.elapsed() > patience.stale {
+            if twice {
                 next()?;
             }
+            let turn = Instant::now();
             let frame = next()?;
-            *since = Instant::now();
+            longest = longest.max(turn.elapsed());
             if round > 0 {
                 measured.frames.push(frame);
             }
             measured.setup = engine.setup();
         }
+        twice = longest > patience.stale;
     }
     Ok(all)
 }

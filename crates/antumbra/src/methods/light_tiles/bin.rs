@@ -18,7 +18,7 @@ use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
 use super::prefetch::prefetch_eight;
 use super::shuffle::corners;
-use super::tuning::{FEW_CELLS, LEAST_EIGHT, MANY_CELLS, TRIANGLES};
+use super::tuning::{FEW_CELLS, LEAST_EIGHT, TRIANGLES};
 
 /// What all workers share.
 #[derive(Clone, Copy, Debug)]
@@ -123,46 +123,49 @@ pub(super) fn bin<S: Simd>(s: S, pass: &Pass<'_>, out: &mut Binned) {
                 return;
             }
             let start = out.left.start;
-            let end = out.left.end.min(start + 8 * EIGHTS);
-            for n in 0..EIGHTS {
+            let end = out.left.end.min(start + 8 * GROUP);
+            for n in 0..GROUP {
                 prefetch_eight(pass.triangles, start + 8 * (AHEAD + n));
             }
-            eights(s, pass, start, end - start, out);
+            group(s, pass, start, end - start, out);
             out.left.start = end;
         }
     }
 }
 
 /// Eights of triangles that are looked up together: neighbours in a mesh are in the same few tiles.
-const EIGHTS: usize = 4;
+const GROUP: usize = 4;
+const _: () = assert!(TRIANGLES.is_multiple_of(8 * GROUP));
 
-/// Up to [`EIGHTS`] times eight triangles: together if they are seen close together, else eight by eight.
+/// Up to [`GROUP`] times eight triangles: together if they are seen close together, else eight by eight.
 #[inline(always)]
-fn eights<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) {
+fn group<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut Binned) {
     let used = count.div_ceil(8);
-    let mut eights = [Projected::none(s); EIGHTS];
+    let mut group = [Projected::none(s); GROUP];
     for n in 0..used {
-        eights[n] = project(s, pass, first + 8 * n, (count - 8 * n).min(8), out);
+        group[n] = project(s, pass, first + 8 * n, (count - 8 * n).min(8), out);
     }
-    let face = eights[0].face[0];
+    let face = group[0].face[0];
     let (mut any, mut in_one) = (0, true);
-    for eight in &eights {
+    for eight in &group {
         any |= eight.live;
         in_one &= eight.is_in(face);
     }
     let grid = &pass.tiles.grids[face as usize];
+    // A quarter of the face; a quarter or twice as much of that costs the same.
+    let most_cells = (1 << (2 * grid.levels)) / 4;
     if in_one
         && any != 0
         && grid.root != NOTHING
-        && let Some(found) = together(s, pass, grid, first, &eights, MANY_CELLS, out)
+        && let Some(found) = together(s, pass, grid, first, &group, most_cells, out)
     {
-        for n in 0..EIGHTS {
-            out.counts.culled_tris += u64::from((eights[n].live & !found[n]).count_ones());
+        for n in 0..GROUP {
+            out.counts.culled_tris += u64::from((group[n].live & !found[n]).count_ones());
         }
         return;
     }
     for n in 0..used {
-        settle(s, pass, first + 8 * n, &eights[n], out);
+        settle(s, pass, first + 8 * n, &group[n], out);
     }
 }
 
@@ -204,7 +207,7 @@ fn project<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut
             corners(s, [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)])
         }
     };
-    // Infinity and NaN times zero are NaN. What is behind `count` is the last again, or real and not ours: no harm.
+    // Infinity and NaN times zero are NaN. What is behind `count` is the last again: no harm.
     let mut finite = zero;
     for v in raw.as_flattened() {
         finite = v.mul_add(zero, finite);
@@ -330,19 +333,19 @@ impl<S: Simd> SeenEight<S> {
     #[inline(always)]
     fn hull(&self, s: S, lanes: u32) -> Hull {
         let lanes = mask32x8::from_bitmask(s, u64::from(lanes));
-        let (most, least) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
+        let infinity = f32x8::splat(s, f32::INFINITY);
         [
-            lanes.select(self.x[0], most).reduce_min(),
-            lanes.select(self.x[1], least).reduce_max(),
-            lanes.select(self.y[0], most).reduce_min(),
-            lanes.select(self.y[1], least).reduce_max(),
-            lanes.select(self.r, least).reduce_max(),
+            lanes.select(self.x[0], infinity).reduce_min(),
+            lanes.select(self.x[1], -infinity).reduce_max(),
+            lanes.select(self.y[0], infinity).reduce_min(),
+            lanes.select(self.y[1], -infinity).reduce_max(),
+            lanes.select(self.r, -infinity).reduce_max(),
         ]
     }
 }
 
 /// Triangles that are seen close together, as neighbours in a mesh are: each tile in the cells around all of them is held against all at once. Returns
-/// those that some tile took; `None`, and nothing done, where they are too far apart.
+/// those that some tile took; `None`, and nothing done, where they are too far apart, or one of several eights is large.
 #[inline(always)]
 fn together<S: Simd, const N: usize>(
     s: S,
@@ -354,13 +357,18 @@ fn together<S: Simd, const N: usize>(
     out: &mut Binned,
 ) -> Option<[u32; N]> {
     let tiles = pass.tiles;
-    let (most, least) = (f32x8::splat(s, f32::INFINITY), f32x8::splat(s, f32::NEG_INFINITY));
-    let (mut lo, mut hi) = ([most; 2], [least; 2]);
+    let infinity = f32x8::splat(s, f32::INFINITY);
+    let (mut lo, mut hi, mut area) = ([infinity; 2], [-infinity; 2], f32x8::splat(s, 0.0));
     for n in 0..N {
-        let Projected { seen, live, .. } = &eights[n];
+        let Projected { seen: SeenEight { x, y, .. }, live, .. } = &eights[n];
         let lanes = mask32x8::from_bitmask(s, u64::from(*live));
-        lo = [lo[0].min(lanes.select(seen.x[0], most)), lo[1].min(lanes.select(seen.y[0], most))];
-        hi = [hi[0].max(lanes.select(seen.x[1], least)), hi[1].max(lanes.select(seen.y[1], least))];
+        lo = [lo[0].min(lanes.select(x[0], infinity)), lo[1].min(lanes.select(y[0], infinity))];
+        hi = [hi[0].max(lanes.select(x[1], -infinity)), hi[1].max(lanes.select(y[1], -infinity))];
+        area = area.max(lanes.select((x[1] - x[0]) * (y[1] - y[0]), area));
+    }
+    // Large ones had better descend, each by itself. Of one eight, none is larger than all.
+    if N > 1 && area.reduce_max() * grid.fit.density() > FEW_CELLS as f32 {
+        return None;
     }
     let x = [lo[0].reduce_min(), hi[0].reduce_max()];
     let y = [lo[1].reduce_min(), hi[1].reduce_max()];
@@ -381,7 +389,6 @@ fn together<S: Simd, const N: usize>(
         columns[n] = grid.fit.places(s, 0, eights[n].seen.x[0]);
         rows[n] = grid.fit.places(s, 1, eights[n].seen.y[0]);
     }
-    let complete = pass.triangles.len() - first >= 8 * N;
     let mut found = [0; N];
     each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
         let region = &tiles.region[tile as usize];
@@ -396,7 +403,7 @@ fn together<S: Simd, const N: usize>(
         for n in 0..N {
             let (mut near, first) = (near[n], first + 8 * n);
             found[n] |= near;
-            if complete && near.count_ones() >= LEAST_EIGHT {
+            if near.count_ones() >= LEAST_EIGHT && first + 8 <= pass.triangles.len() {
                 let hull = eights[n].seen.hull(s, near);
                 out.eights.push(tile, Eight { first: first as u32, lanes: near, hull });
                 continue;

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::frame::FACES;
 use super::layout::BLOCK;
 use super::tuning::{
-    CROWDED, DEPTH, EVERY, FAR, LEAST_POINTS, LEVELS, SHARE_BLOCKS, SHARES, SPARE, SPARE_CROWDED,
+    CROWDED, DEPTH, EVERY, FAR, FEW_CELLS, LEAST_POINTS, LEVELS, SHARE_BLOCKS, SHARES, SPARE, SPARE_CROWDED,
     TILE_POINTS, TILE_POINTS_LEAST, TILE_POINTS_MOST, TILES, TILES_LEAST, TILES_MOST,
 };
 
@@ -64,6 +64,11 @@ impl Fit {
         let c = if c > 0.0 { c } else { 0.0 };
         // The sum is rounded to a whole number, which is then in the low bits.
         (c + MAGIC).to_bits() & CELL_BITS
+    }
+
+    /// Cells in a square of directions from 0 to 1.
+    pub(super) fn density(&self) -> f32 {
+        self.scale[0] * self.scale[1]
     }
 
     /// The same for eight numbers.
@@ -227,12 +232,16 @@ impl Grid {
         (0..2).any(|k| self.fit.cell(k, a[k]).abs_diff(self.fit.cell(k, b[k])) > FAR)
     }
 
-    /// Whether a range of cells (first and last column, first and last row) holds one that has a grid of its own.
+    /// Whether a range of cells (first and last column, first and last row) holds one that has a grid of its own; or may, if it is large.
     #[inline(always)]
     pub(super) fn crowded(&self, [x0, x1, y0, y1]: [u32; 4]) -> bool {
         let [first_x, last_x, first_y, last_y] = self.crowds;
         let (columns, rows) = (x0.max(first_x)..=x1.min(last_x), y0.max(first_y)..=y1.min(last_y));
-        !columns.is_empty() && rows.into_iter().any(|y| columns.clone().any(|x| self.at(x, y) & GRID != 0))
+        if columns.is_empty() || rows.is_empty() {
+            return false;
+        }
+        (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS
+            || rows.into_iter().any(|y| columns.clone().any(|x| self.at(x, y) & GRID != 0))
     }
 
     /// The node at an even level, if the tree is that deep there.

@@ -42,7 +42,7 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// Whether a block is likely to give no leaf, as those before it in its row of blocks gave none. One in sixteen is looked at all the same.
+    /// Whether a block is likely to give no leaf, as those of late gave none. One in sixteen is looked at all the same.
     #[inline(always)]
     fn all_alone(&self, block: usize) -> bool {
         self.alone >= ALONE && !block.is_multiple_of(16)
@@ -342,15 +342,14 @@ fn part_face<S: Simd>(
     if mask != 0xffff {
         repeat(s, &mut c, mask);
     }
+    if out.all_alone(block) {
+        loosen(s, pass, block, half, mask, &tiles_of(s, pass, face, &c), &c, out);
+        return;
+    }
     let place = |mask: u16| u32::from(mask) << (HALF * half);
     let sides = bounds(s, &c);
     let (mut left, mut alone) = (mask, 0);
     let (mut tiles, mut known) = ([u32x8::splat(s, NOTHING); 2], false);
-    if out.all_alone(block) {
-        tiles = tiles_of(s, pass, face, &c);
-        loosen(s, pass, block, half, mask, &tiles, &c, out);
-        return;
-    }
     let is_shallow = shallow(sides, pass.band[face]);
     if is_shallow || pass.tiles.any_sparse {
         if let Some(tile) = pass.tiles.home(s, face, sides, true)

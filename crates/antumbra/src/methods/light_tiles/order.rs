@@ -65,7 +65,7 @@ pub(super) fn counting_sort<T, U: Copy, const KEYS: usize>(
     to.clear();
     let Some(any) = from.first() else { return };
     if from.len() <= 8 {
-        // One vector or group: nothing to part.
+        // Few: nothing to part.
         to.extend(from.iter().map(get));
         return;
     }
@@ -85,20 +85,26 @@ pub(super) fn counting_sort<T, U: Copy, const KEYS: usize>(
     }
 }
 
-/// Parts of the range of depths by which triangles that came together are sorted. 6 to 64 cost the same.
-const DEPTHS: usize = 16;
+/// Parts of the range of nearness by which triangles that came together are sorted. 6 to 64 cost the same.
+const PARTS: usize = 16;
 
-/// Triangles that came together, nearest to the light first: the front of a mesh puts samples in shadow, and what is behind it need not be read any
-/// more. Those of about one depth stay in the order of the mesh, which is that of memory.
+/// Triangles that came together, nearest to the light first: the front of a mesh puts samples in shadow, and what is behind it need not be prepared any
+/// more. Those that are about as near stay in the order of the list, where neighbours are together.
 pub(super) fn front_first(mixed: &[Eight], eights: &mut Vec<Eight>) {
-    let r = |eight: &Eight| eight.hull[4];
-    let (mut lo, mut hi) = (f32::INFINITY, f32::MIN_POSITIVE);
+    // Bits of positive numbers are in their order, and parts of their range are about logarithmic.
+    let r = |eight: &Eight| eight.hull[4].to_bits();
+    let (mut lo, mut hi) = (u32::MAX, 0);
     for eight in mixed {
         (lo, hi) = (lo.min(r(eight)), hi.max(r(eight)));
     }
-    // The last part holds the least r; all of them if they are alike.
-    let scale = (DEPTHS as f32 - 0.5) / (hi - lo).max(hi * f32::EPSILON);
-    counting_sort::<_, _, DEPTHS>(mixed, eights, |i| ((hi - r(&mixed[i])) * scale) as u32, |eight| *eight);
+    // A little less than whole parts, as numbers are rounded.
+    let scale = (PARTS as f32 - 0.5) / (hi.saturating_sub(lo) + 1) as f32;
+    counting_sort::<_, _, PARTS>(
+        mixed,
+        eights,
+        |i| ((hi - r(&mixed[i])) as f32 * scale) as u32,
+        |eight| *eight,
+    );
 }
 
 /// Keys of triangles within a tile: large triangles first, they may cover all; then neighbours together, so that blocks of eight

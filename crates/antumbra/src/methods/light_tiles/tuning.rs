@@ -86,12 +86,10 @@ pub(super) const DENSE: usize = 8;
 /// Triangles that a worker takes at a time.
 pub(super) const TRIANGLES: usize = 1024;
 
-/// A triangle, or eight neighbours, that touch no more cells than this (some four tiles) go to the tiles of the cells without a descent; and 32
-/// neighbours that touch no more than the second number, of which a quarter or twice as many cost the same.
+/// A triangle, or eight neighbours, that touch no more cells than this (some four tiles) go to the tiles of the cells without a descent.
 pub(super) const FEW_CELLS: u32 = 1024;
-pub(super) const MANY_CELLS: u32 = 16 * FEW_CELLS;
 
-/// Tiles with no more triangles than this: all are prepared at once, and nothing is sorted.
+/// Tiles with no more triangles than this: all are prepared at once, and samples on their own are not sorted.
 pub(super) const FEW: usize = 16;
 
 /// Of eight triangles that follow one another and are seen close together, so many go to a tile as one block of eight; fewer go one by one, and
