@@ -161,6 +161,35 @@ fn neighbours_share_an_entry() {
     }
 }
 
+#[test]
+fn large_triangles_among_small_neighbours_descend() {
+    let light = [0.0, 0.0, 4.0];
+    let at = |i: usize, n: usize| 3.8 * (i as f32 / n as f32 - 0.5);
+    let positions: Vec<[f32; 3]> =
+        (0..768 * 96).map(|i| [at(i % 768, 768), at(i / 768, 96), i as f32 * 1e-6]).collect();
+    let large = |i: usize| {
+        let z = 1.0 + 0.01 * i as f32;
+        [[-1.0, -0.8, z], [0.9, -0.7, z + 0.1], [0.1, 0.9, z - 0.1]]
+    };
+    let small = |i: usize| {
+        let (x, y) = (0.02 * (i % 6) as f32, 0.02 * (i / 6) as f32);
+        [[x, y, 1.0], [x + 0.02, y, 1.0], [x, y + 0.02, 1.1]]
+    };
+    let cases: [(Vec<Triangle>, u64); 4] = [
+        (vec![large(0)], 1),
+        ((0..32).map(large).collect(), 32),
+        ((0..32).map(|i| if i == 20 { large(0) } else { small(i) }).collect(), 1),
+        ((0..30).map(small).collect(), 0),
+    ];
+    for (triangles, descents) in cases {
+        let mut mask = vec![7; positions.len()];
+        let mut method = LightTiles::new(&Options::default());
+        let stats = method.shadow(&triangles, Samples::image(&positions, 768), light, &mut mask).unwrap();
+        assert!(mask == oracle(&triangles, &positions, light), "{descents} large triangles");
+        assert_eq!(counter(&stats, "descents"), descents, "{:?}", stats.counters);
+    }
+}
+
 /// Two clumps of 40,000 samples, 1e-4 rad wide as the light sees them, that alternate from pixel to pixel, and a fence of `slivers` across each.
 fn clumps(slivers: usize) -> (Vec<Triangle>, Vec<[f32; 3]>, [f32; 3]) {
     const CLUMPS: [[f32; 3]; 2] = [[-4.0, 0.0, 1.0], [5.0, 1.0, -2.0]];
