@@ -13,10 +13,15 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Allocations of one more frame. With one thread: with more, chance says who takes what, and a worker that takes more than ever before makes room
-/// for it.
-fn more(method: &mut dyn Method, triangles: &[Triangle], samples: Samples<'_>, light: [f32; 3]) -> usize {
+/// for it. The thread must stay: one that ends allocates at a moment of its own.
+fn more(
+    pool: &rayon::ThreadPool,
+    method: &mut dyn Method,
+    triangles: &[Triangle],
+    samples: Samples<'_>,
+    light: [f32; 3],
+) -> usize {
     let mut mask = vec![0; samples.positions.len()];
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
         method.shadow(triangles, samples, light, &mut mask).unwrap();
         let region = Region::new(ALLOCATOR);
@@ -28,6 +33,7 @@ fn more(method: &mut dyn Method, triangles: &[Triangle], samples: Samples<'_>, l
 
 #[test]
 fn a_second_frame_allocates_nothing() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for name in ["atrium?size=20000", "hairball?size=20000", "room", "layers", "fan"] {
         let scene = procedural::builtin(name, None).unwrap();
         let samples =
@@ -35,10 +41,10 @@ fn a_second_frame_allocates_nothing() {
         let light = scene.lights[0].position;
         let mut method = methods::create("light-tiles", &Options::default()).unwrap();
         let view = samples.view();
-        assert_eq!(more(method.as_mut(), &scene.soup.positions, view, light), 0, "{name}");
+        assert_eq!(more(&pool, method.as_mut(), &scene.soup.positions, view, light), 0, "{name}");
         // Another shape of work, and back.
         let list = Samples::list(&view.positions[..9000]);
-        assert_eq!(more(method.as_mut(), &scene.soup.positions, list, light), 0, "{name}, a list");
+        assert_eq!(more(&pool, method.as_mut(), &scene.soup.positions, list, light), 0, "{name}, a list");
         // Clumps: samples in crowded cells, which get grids of their own.
         let clumps: Vec<[f32; 3]> = (0..40_000)
             .map(|i| {
@@ -47,7 +53,7 @@ fn a_second_frame_allocates_nothing() {
             })
             .collect();
         assert_eq!(
-            more(method.as_mut(), &scene.soup.positions, Samples::list(&clumps), light),
+            more(&pool, method.as_mut(), &scene.soup.positions, Samples::list(&clumps), light),
             0,
             "{name}, clumps"
         );
