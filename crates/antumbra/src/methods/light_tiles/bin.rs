@@ -66,9 +66,9 @@ pub(super) const LARGE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 #[repr(align(128))]
 pub(super) struct Binned {
-    /// Triangles by tile, on their own and several of eight. Chunks have 128 bytes.
+    /// Triangles by tile, on their own and several of eight. Chunks have 128 and 256 bytes.
     pub(super) ids: Lists<Entry, 14>,
-    pub(super) eights: Lists<Eight, 4>,
+    pub(super) eights: Lists<Eight, 8>,
     /// Triangles that it has taken and not done.
     pub(super) left: std::ops::Range<usize>,
     pub(super) counts: Counts,
@@ -145,27 +145,45 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
     for n in 0..used {
         group[n] = project(s, pass, first + 8 * n, (count - 8 * n).min(8), out);
     }
-    let face = group[0].face[0];
-    let (mut any, mut in_one) = (0, true);
-    for eight in &group {
-        any |= eight.live;
-        in_one &= eight.is_in(face);
+    let (mut found, mut left) = ([0; GROUP], [0; GROUP]);
+    for n in 0..used {
+        left[n] = group[n].live & group[n].simple;
     }
-    let grid = &pass.tiles.grids[face as usize];
-    // A quarter of the face; a quarter or twice as much of that costs the same.
-    let most_cells = (1 << (2 * grid.levels)) / 4;
-    if in_one
-        && any != 0
-        && grid.root != NOTHING
-        && let Some(found) = together(s, pass, grid, first, &group, most_cells, out)
-    {
-        for n in 0..GROUP {
-            out.counts.culled_tris += u64::from((group[n].live & !found[n]).count_ones());
+    // Face by face; mostly there is one.
+    while let Some(n) = left.iter().position(|lanes| *lanes != 0) {
+        let face = group[n].face[left[n].trailing_zeros() as usize];
+        let mut here = [0; GROUP];
+        for n in 0..used {
+            here[n] = left[n] & group[n].face.simd_eq(face).to_bitmask() as u32;
+            left[n] &= !here[n];
         }
-        return;
+        let face = face as usize;
+        let grid = &pass.tiles.grids[face];
+        if grid.root == NOTHING {
+            continue;
+        }
+        // A quarter of the face; a quarter or twice as much of that costs the same.
+        let most_cells = (1 << (2 * grid.levels)) / 4;
+        if let Some(taken) = together(s, pass, grid, first, &group, &here, most_cells, out) {
+            for n in 0..GROUP {
+                found[n] |= taken[n];
+            }
+            continue;
+        }
+        for n in 0..used {
+            if here[n] != 0 {
+                found[n] |= within(s, pass, face, first + 8 * n, here[n], &group[n], out);
+            }
+        }
     }
     for n in 0..used {
-        settle(s, pass, first + 8 * n, &group[n], out);
+        let mut crossing = group[n].live & !group[n].simple;
+        while crossing != 0 {
+            let i = crossing.trailing_zeros() as usize;
+            crossing &= crossing - 1;
+            found[n] |= u32::from(cross(s, pass, (first + 8 * n + i) as u32, out)) << i;
+        }
+        out.counts.culled_tris += u64::from((group[n].live & !found[n]).count_ones());
     }
 }
 
@@ -186,12 +204,6 @@ impl<S: Simd> Projected<S> {
     fn none(s: S) -> Self {
         let zero = f32x8::splat(s, 0.0);
         Self { seen: SeenEight { x: [zero; 2], y: [zero; 2], r: zero }, face: zero, live: 0, simple: 0 }
-    }
-
-    /// Whether all that count are within a face.
-    #[inline(always)]
-    fn is_in(&self, face: f32) -> bool {
-        self.live & !(self.simple & self.face.simd_eq(face).to_bitmask() as u32) == 0
     }
 }
 
@@ -249,29 +261,6 @@ fn project<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut
     Projected { seen, face: f0, live, simple }
 }
 
-/// Up to eight triangles go to their tiles.
-#[inline(always)]
-fn settle<S: Simd>(s: S, pass: &Pass<'_>, first: usize, eight: &Projected<S>, out: &mut Binned) {
-    let Projected { face: in_face, live, simple, .. } = *eight;
-    let faces = in_face.to_array();
-    let mut found = 0;
-    // Face by face; mostly there is one.
-    let mut left = live & simple;
-    while left != 0 {
-        let face = faces[left.trailing_zeros() as usize];
-        let here = left & in_face.simd_eq(face).to_bitmask() as u32;
-        left &= !here;
-        found |= within(s, pass, face as usize, first, here, eight, out);
-    }
-    let mut crossing = live & !simple;
-    while crossing != 0 {
-        let i = crossing.trailing_zeros() as usize;
-        crossing &= crossing - 1;
-        found |= u32::from(cross(s, pass, (first + i) as u32, out)) << i;
-    }
-    out.counts.culled_tris += u64::from((live & !found).count_ones());
-}
-
 /// Triangles of eight that are seen within one face: those in `live`. Returns those that some tile took.
 #[inline(always)]
 fn within<S: Simd>(
@@ -284,15 +273,11 @@ fn within<S: Simd>(
     out: &mut Binned,
 ) -> u32 {
     let grid = &pass.tiles.grids[face];
-    if grid.root == NOTHING {
-        return 0;
-    }
-    let here = [Projected { live, ..*eight }];
-    if let Some([taken]) = together(s, pass, grid, first, &here, FEW_CELLS, out) {
+    if let Some([taken]) = together(s, pass, grid, first, &[*eight], &[live], FEW_CELLS, out) {
         return taken;
     }
     let seen = &eight.seen;
-    let (columns, rows) = (grid.fit.places(s, 0, seen.x[0]), grid.fit.places(s, 1, seen.y[0]));
+    let at = grid.fit.places(s, seen.x[0], seen.y[0]);
     let [x0, x1] = grid.fit.wider(s, 0, seen.x, pass.tiles.margin);
     let [y0, y1] = grid.fit.wider(s, 1, seen.y, pass.tiles.margin);
     let (x, y, r) = (seen.x, seen.y, seen.r.to_array());
@@ -302,7 +287,7 @@ fn within<S: Simd>(
         let i = live.trailing_zeros() as usize;
         live &= live - 1;
         let seen = Seen { x: [x[0][i], x[1][i]], y: [y[0][i], y[1][i]], r: r[i] };
-        let entry = Entry { id: (first + i) as u32, at: rows[i] << 16 | columns[i] };
+        let entry = Entry { id: (first + i) as u32, at: at[i] };
         let took = place(s, pass, face, entry, [x0[i], x1[i], y0[i], y1[i]], &seen, out);
         found |= u32::from(took) << i;
     }
@@ -353,6 +338,7 @@ fn together<S: Simd, const N: usize>(
     grid: &Grid,
     first: usize,
     eights: &[Projected<S>; N],
+    live: &[u32; N],
     most_cells: u32,
     out: &mut Binned,
 ) -> Option<[u32; N]> {
@@ -360,8 +346,8 @@ fn together<S: Simd, const N: usize>(
     let infinity = f32x8::splat(s, f32::INFINITY);
     let (mut lo, mut hi, mut area) = ([infinity; 2], [-infinity; 2], f32x8::splat(s, 0.0));
     for n in 0..N {
-        let Projected { seen: SeenEight { x, y, .. }, live, .. } = &eights[n];
-        let lanes = mask32x8::from_bitmask(s, u64::from(*live));
+        let SeenEight { x, y, .. } = &eights[n].seen;
+        let lanes = mask32x8::from_bitmask(s, u64::from(live[n]));
         lo = [lo[0].min(lanes.select(x[0], infinity)), lo[1].min(lanes.select(y[0], infinity))];
         hi = [hi[0].max(lanes.select(x[1], -infinity)), hi[1].max(lanes.select(y[1], -infinity))];
         area = area.max(lanes.select((x[1] - x[0]) * (y[1] - y[0]), area));
@@ -384,36 +370,35 @@ fn together<S: Simd, const N: usize>(
     if (x1 - x0 + 1) * (y1 - y0 + 1) > most_cells || grid.crowded([x0, x1, y0, y1]) {
         return None;
     }
-    let (mut columns, mut rows) = ([[0; 8]; N], [[0; 8]; N]);
+    let mut at = [[0; 8]; N];
     for n in 0..N {
-        columns[n] = grid.fit.places(s, 0, eights[n].seen.x[0]);
-        rows[n] = grid.fit.places(s, 1, eights[n].seen.y[0]);
+        at[n] = grid.fit.places(s, eights[n].seen.x[0], eights[n].seen.y[0]);
     }
+    let at = at.as_flattened();
     let mut found = [0; N];
     each_tile(tiles, grid, [x0, x1, y0, y1], |tile| {
         let region = &tiles.region[tile as usize];
         let (mut near, mut any) = ([0; N], 0);
         for n in 0..N {
-            near[n] = eights[n].live & eights[n].seen.near(region);
+            near[n] = live[n] & eights[n].seen.near(region);
             any |= near[n];
         }
         if any == 0 || pass.covered[tile as usize].load(Relaxed) {
             return;
         }
+        let mut singles = 0;
         for n in 0..N {
-            let (mut near, first) = (near[n], first + 8 * n);
+            let (near, first) = (near[n], first + 8 * n);
             found[n] |= near;
             if near.count_ones() >= LEAST_EIGHT && first + 8 <= pass.triangles.len() {
                 let hull = eights[n].seen.hull(s, near);
                 out.eights.push(tile, Eight { first: first as u32, lanes: near, hull });
-                continue;
-            }
-            while near != 0 {
-                let i = near.trailing_zeros() as usize;
-                near &= near - 1;
-                out.ids.push(tile, Entry { id: (first + i) as u32, at: rows[n][i] << 16 | columns[n][i] });
+            } else {
+                singles |= near << (8 * n);
             }
         }
+        // One loop: how often each of several goes round cannot be foretold.
+        out.ids.push_each(tile, singles, |i| Entry { id: (first + i) as u32, at: at[i % (8 * N)] });
     });
     Some(found)
 }

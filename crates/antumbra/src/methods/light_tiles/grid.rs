@@ -74,7 +74,7 @@ impl Fit {
     /// The same for eight numbers.
     #[inline(always)]
     pub(super) fn cells<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
-        whole(s, (x - self.origin[axis]) * self.scale[axis], self.last)
+        whole(s, (x - self.origin[axis]) * self.scale[axis], self.last).to_array()
     }
 
     /// Cells of packed bounds ([`Region::pack`]): column and row of the least are numbers 0 and 1, of the largest 4 and 5.
@@ -84,7 +84,7 @@ impl Fit {
         let at = sides * f32x8::load_array(s, [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
         let c = (at - f32x8::load_array(s, [x, y, 0.0, 0.0, x, y, 0.0, 0.0]))
             * f32x8::load_array(s, [a, b, 0.0, 0.0, a, b, 0.0, 0.0]);
-        whole(s, c, self.last)
+        whole(s, c, self.last).to_array()
     }
 
     /// The cells of two sides, and `margin` more all round ([`Tiles::margin`]).
@@ -105,19 +105,22 @@ impl Fit {
         [(lo & CELL_BITS).to_array(), (hi & CELL_BITS).to_array()]
     }
 
-    /// In [`PLACES`] of cells.
+    /// In [`PLACES`] of cells: columns, and rows times 2^16.
     #[inline(always)]
-    pub(super) fn places<S: Simd>(&self, s: S, axis: usize, x: f32x8<S>) -> [u32; 8] {
+    pub(super) fn places<S: Simd>(&self, s: S, x: f32x8<S>, y: f32x8<S>) -> [u32; 8] {
         let places = PLACES as f32;
-        whole(s, (x - self.origin[axis]) * (self.scale[axis] * places), self.last * places)
+        let last = self.last * places;
+        let columns = whole(s, (x - self.origin[0]) * (self.scale[0] * places), last);
+        let rows = whole(s, (y - self.origin[1]) * (self.scale[1] * places), last);
+        (columns | (rows << 16)).to_array()
     }
 }
 
 /// Whole numbers from 0 to `last`. Monotone; NaN is the last.
 #[inline(always)]
-fn whole<S: Simd>(s: S, c: f32x8<S>, last: f32) -> [u32; 8] {
+fn whole<S: Simd>(s: S, c: f32x8<S>, last: f32) -> u32x8<S> {
     let bits: u32x8<S> = (clamped(s, c, last) + MAGIC).bitcast();
-    (bits & CELL_BITS).to_array()
+    bits & CELL_BITS
 }
 
 #[inline(always)]

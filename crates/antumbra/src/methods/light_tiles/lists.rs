@@ -52,24 +52,37 @@ impl<T: Copy + Default, const ITEMS: usize> Lists<T, ITEMS> {
     /// Adds to a list.
     #[inline(always)]
     pub(super) fn push(&mut self, list: u32, item: T) {
+        self.push_each(list, 1, |_| item);
+    }
+
+    /// Adds an item for each bit that is set.
+    #[inline(always)]
+    pub(super) fn push_each(&mut self, list: u32, mut bits: u32, item: impl Fn(usize) -> T) {
         const { assert!(ITEMS < FULL as usize) };
-        self.items += 1;
+        self.items += bits.count_ones() as usize;
         let tail = &mut self.tails[list as usize];
-        if let Some(chunk) = self.chunks.get_mut(tail.chunk as usize)
-            && let Some(slot) = chunk.items.get_mut((tail.count % FULL) as usize)
-        {
-            *slot = item;
-            tail.count += 1;
-        } else {
-            let mut items = [T::default(); ITEMS];
-            items[0] = item;
-            let chunk = self.chunks.len() as u32;
-            let chunks = tail.count / FULL + 1;
-            let recent = &mut self.recent[list as usize][chunks as usize % AHEAD];
-            let (next, far) = (tail.chunk, *recent);
-            *recent = chunk;
-            *tail = Tail { chunk, count: chunks * FULL + 1 };
-            self.chunks.push(Chunk { next, far, items });
+        while bits != 0 {
+            let full = (tail.count % FULL) as usize;
+            if let Some(chunk) = self.chunks.get_mut(tail.chunk as usize)
+                && full < ITEMS
+            {
+                for slot in &mut chunk.items[full..] {
+                    *slot = item(bits.trailing_zeros() as usize);
+                    tail.count += 1;
+                    bits &= bits - 1;
+                    if bits == 0 {
+                        return;
+                    }
+                }
+            } else {
+                let chunk = self.chunks.len() as u32;
+                let chunks = tail.count / FULL + 1;
+                let recent = &mut self.recent[list as usize][chunks as usize % AHEAD];
+                let (next, far) = (tail.chunk, *recent);
+                *recent = chunk;
+                *tail = Tail { chunk, count: chunks * FULL };
+                self.chunks.push(Chunk { next, far, items: [T::default(); ITEMS] });
+            }
         }
     }
 
