@@ -143,6 +143,8 @@ pub struct TileBlock {
     margin: [[f32; 8]; 4],
     /// Sums of absolute products of the plane's normal, times [`KAPPA`], in units of the plane test.
     plane_mag: [[f32; 8]; 3],
+    /// The constant of each side, plus its margin.
+    outer: [[f32; 8]; 3],
 }
 
 /// What a block of triangles does to a tile; bits are lanes.
@@ -215,6 +217,7 @@ impl TileBlock {
         det: [[0.0; 8]; 2],
         margin: [[0.0; 8]; 4],
         plane_mag: [[0.0; 8]; 3],
+        outer: [[0.0; 8]; 3],
     };
 
     /// Takes eight triangles, `raw[corner][axis]` in the face's frame, and bounds what the light sees of them; `live` says which
@@ -315,6 +318,7 @@ impl TileBlock {
                 store3(scale(mag, kappa * inverse), &mut self.plane_mag);
             } else {
                 margin.store_array(&mut self.margin[k]);
+                (scaled[2] + margin).store_array(&mut self.outer[k]);
                 out = out.min(value + reach);
                 least = least.min(value - reach);
             }
@@ -345,6 +349,9 @@ impl TileBlock {
     pub fn flip(&mut self, lane: usize) {
         for m in self.m.iter_mut().flatten().chain(&mut self.det) {
             m[lane] = -m[lane];
+        }
+        for k in 0..3 {
+            self.outer[k][lane] = self.m[k][2][lane] + self.margin[k][lane];
         }
     }
 
@@ -396,9 +403,8 @@ impl TileBlock {
     pub fn not_beside<S: Simd>(&self, s: S, lane: usize, [x, y]: [&[f32; 16]; 2]) -> u32 {
         let (x, y) = (f32x16::load_array_ref(s, x), f32x16::load_array_ref(s, y));
         let mut least = f32x16::splat(s, f32::INFINITY);
-        for (m, margin) in self.m[..3].iter().zip(&self.margin) {
-            let constant = f32x16::splat(s, m[2][lane] + margin[lane]);
-            least = least.min(y.mul_add(m[1][lane], x.mul_add(m[0][lane], constant)));
+        for (m, outer) in self.m[..3].iter().zip(&self.outer) {
+            least = least.min(y.mul_add(m[1][lane], x.mul_add(m[0][lane], outer[lane])));
         }
         !sixteen(least.simd_lt(0.0)) & 0xffff
     }
