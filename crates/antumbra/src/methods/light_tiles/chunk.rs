@@ -5,16 +5,17 @@ use antumbra_predicates::{Triangle, exact};
 use fearless_simd::Simd;
 
 use super::bin::Eight;
-use super::boxes::Hull;
+use super::boxes::{Coarse, Hull, Steps};
 use super::frame::Frame;
 use super::prefetch::{prefetch, prefetch_eight};
 use super::shuffle::corners;
+use super::state::State;
 use super::work::{Counts, Pass};
 
 /// Blocks of a chunk.
 pub(super) const BLOCKS: usize = 8;
 
-/// Blocks of triangles that are asked for before they are looked at.
+/// Blocks of triangles that are asked for before they are looked at; less than eight.
 const AHEAD: usize = 6;
 
 /// The list's triangles, eight by eight.
@@ -42,6 +43,12 @@ impl Eights<'_> {
         ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes as u8, Some(hull))
     }
 
+    /// Bounds, if they are known.
+    #[inline(always)]
+    fn hull(&self, i: usize) -> Option<Hull> {
+        Some(self.more.get(i.checked_sub(self.ids.len())?)?.hull)
+    }
+
     /// The triangles will be needed soon.
     #[inline(always)]
     fn ask_for(&self, pass: &Pass<'_>, i: usize) {
@@ -62,6 +69,7 @@ impl Eights<'_> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setup {
     tile: Tile,
+    pub(super) steps: Steps,
     pub(super) frame: Frame,
     light: [f32; 3],
 }
@@ -70,7 +78,8 @@ impl Setup {
     pub(super) fn new(pass: &Pass<'_>, tile: usize) -> Setup {
         let frame = Frame::of(pass.tiles.face[tile] as usize);
         let light = frame.turn(pass.light);
-        Setup { tile: Tile::new(light, pass.tiles.region[tile]), frame, light }
+        let region = pass.tiles.region[tile];
+        Setup { tile: Tile::new(light, region), steps: Steps::new(&region), frame, light }
     }
 }
 
@@ -133,19 +142,21 @@ impl Prepared {
 #[derive(Debug)]
 pub(super) struct Chunk {
     pub(super) blocks: [Prepared; BLOCKS],
-    pub(super) hulls: [Hull; BLOCKS],
+    pub(super) hulls: [Coarse; BLOCKS],
     /// Blocks in use.
     pub(super) used: usize,
     /// Not prepared yet; bits are blocks.
     fresh: u8,
     /// Not read yet; bits are blocks.
     unread: u8,
+    /// Eights of the list that meet no leaf, as far as was looked ahead; by their numbers modulo eight.
+    skip: u8,
 }
 
 impl Default for Chunk {
     fn default() -> Chunk {
         let empty = Prepared { block: TileBlock::ZERO, ids: [0; 8], live: 0 };
-        Chunk { blocks: [empty; BLOCKS], hulls: [[0.0; 5]; BLOCKS], used: 0, fresh: 0, unread: 0 }
+        Chunk { blocks: [empty; BLOCKS], hulls: [[0; 5]; BLOCKS], used: 0, fresh: 0, unread: 0, skip: 0 }
     }
 }
 
@@ -161,17 +172,35 @@ impl Chunk {
         eights: &Eights<'_>,
         next: &mut usize,
         at_once: usize,
+        state: &State,
         counts: &mut Counts,
     ) -> bool {
         (self.fresh, self.unread) = (0, 0);
         let mut used = 0;
-        if *next == 0 {
+        let is_first = *next == 0;
+        if is_first {
+            self.skip = 0;
             for i in 0..AHEAD {
                 eights.ask_for(pass, i);
             }
         }
         while used < BLOCKS && *next < eights.len() {
-            eights.ask_for(pass, *next + AHEAD);
+            let (bit, ahead) = (1 << (*next % 8), *next + AHEAD);
+            let skip = self.skip & bit != 0;
+            self.skip &= !bit;
+            // Leaves are known from the second chunk on.
+            if !is_first
+                && let Some(hull) = eights.hull(ahead)
+                && !state.meets(s, setup.steps.of(s, hull))
+            {
+                self.skip |= 1 << (ahead % 8);
+            } else {
+                eights.ask_for(pass, ahead);
+            }
+            if skip {
+                *next += 1;
+                continue;
+            }
             let (eight, live, hull) = eights.get(*next);
             let prepared = &mut self.blocks[used];
             (prepared.ids, prepared.live) = (eight, live);
@@ -179,7 +208,7 @@ impl Chunk {
                 && *next >= at_once
             {
                 *next += 1;
-                self.hulls[used] = hull;
+                self.hulls[used] = setup.steps.of(s, hull);
                 self.fresh |= 1 << used;
                 self.unread |= 1 << used;
                 used += 1;
@@ -192,7 +221,7 @@ impl Chunk {
             }
             *next += 1;
             if prepared.live != 0 {
-                self.hulls[used] = prepared.block.hull(s, prepared.live);
+                self.hulls[used] = setup.steps.of(s, prepared.block.hull(s, prepared.live));
                 self.fresh |= u8::from(!now) << used;
                 used += 1;
             }

@@ -4,15 +4,15 @@
 
 use std::array::from_ref;
 
-use fearless_simd::{Simd, SimdBase, SimdMask, u32x16};
+use fearless_simd::Simd;
 
-use super::boxes::SIXTEEN;
+use super::boxes::LEAVES;
 use super::chunk::{BLOCKS, Chunk, Setup};
 use super::frame::Frame;
 use super::layout::HALF;
 use super::leaf::LOW;
 use super::state::{Open, Points, State};
-use super::tuning::{FIRST_LEAVES, LEAVES, MOST_LEAVES};
+use super::tuning::MOST_LEAVES;
 use super::work::{Counts, Pass};
 
 /// Pairs whose samples are first held against the sides alone, in one go.
@@ -20,8 +20,7 @@ const PAIRS: usize = 64;
 
 // Three bits of a block and three of a lane, beside the number of a leaf, in sixteen bits.
 const _: () = assert!(BLOCKS == 8 && 64 * LEAVES <= 1 << 16);
-const _: () = assert!(LEAVES.is_multiple_of(SIXTEEN) && FIRST_LEAVES.is_multiple_of(SIXTEEN));
-const _: () = assert!(FIRST_LEAVES <= LEAVES && MOST_LEAVES.is_multiple_of(SIXTEEN));
+const _: () = assert!(LEAVES.is_multiple_of(16) && MOST_LEAVES.is_multiple_of(LEAVES));
 
 /// Memory that is not worth clearing each time.
 #[derive(Debug)]
@@ -62,30 +61,25 @@ pub(super) fn test<S: Simd, const IS_DENSE: bool>(
     counts: &mut Counts,
 ) {
     let Memory { boxes, pairs, within, left } = memory;
-    let first = range.start;
-    debug_assert!(first.is_multiple_of(SIXTEEN) && range.len() <= LEAVES);
-    let State { parts, boxes: bounds, alive, points, seen, open } = state;
+    let (first, sixteenths) = (range.start, range.len().div_ceil(16));
+    debug_assert!(first.is_multiple_of(LEAVES) && range.len() <= LEAVES);
+    let State { parts, boxes: bounds, there, alive, points, seen, open } = state;
     let (parts, alive, points) = (&parts[range.clone()], &mut alive[first..], &points[range.clone()]);
-    let bounds = &bounds[first / SIXTEEN..range.end.div_ceil(SIXTEEN)];
-    let mut there = [0; LEAVES / SIXTEEN];
-    for (there, alive) in there.iter_mut().zip(alive.as_chunks().0) {
-        *there = u32x16::load_array_ref(s, alive).simd_gt(0).to_bitmask() as u32;
-    }
+    let (bounds, there) = (&bounds[first / LEAVES], there[first / LEAVES]);
     let (mut count, mut all_near) = (0, 0);
     for block in 0..chunk.used {
-        let (hull, before) = (chunk.hulls[block], count);
-        for (i, (bounds, there)) in bounds.iter().zip(there).enumerate() {
-            let near = bounds.near(s, hull) & there;
-            for (half, near) in [near & 0xff, near >> 8].into_iter().enumerate() {
-                let at = (8 * (SIXTEEN * i + 8 * half) + block) as u16;
+        let near = bounds.near(s, chunk.hulls[block]) & there;
+        for (i, near) in near.to_le_bytes().as_chunks::<2>().0[..sixteenths].iter().enumerate() {
+            for half in 0..2 {
+                let (at, near) = ((128 * i + 64 * half + block) as u16, near[half]);
                 let next = &mut boxes[count..][..8];
                 for k in 0..8 {
-                    next[k] = 8 * BITS[near as usize][k] + at;
+                    next[k] = 8 * BITS[usize::from(near)][k] + at;
                 }
                 count += near.count_ones() as usize;
             }
         }
-        all_near |= u8::from(count != before) << block;
+        all_near |= u8::from(near != 0) << block;
     }
     chunk.make_ready(s, pass, setup, all_near, counts);
     let mut pair_count = 0;

@@ -3,9 +3,9 @@
 use antumbra_predicates::plane::PlaneResolver;
 use antumbra_predicates::resolve::{Decided, Resolver};
 use antumbra_predicates::tile::Part;
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, u32x16};
 
-use super::boxes::{Boxes, SIXTEEN};
+use super::boxes::{Boxes, Coarse, LEAVES};
 use super::chunk::Setup;
 use super::layout::HALF;
 use super::leaf::{LOOSE, LOW, Leaf, Loose, load_loose};
@@ -30,8 +30,10 @@ pub(super) type Points = [[[f32; HALF]; 2]; 3];
 pub(super) struct State {
     pub(super) parts: Vec<Part>,
     pub(super) boxes: Vec<Boxes>,
-    /// Samples that are not known to be in shadow, for whole sixteens of leaves. Those of half a block are the first sixteen, whichever half it is.
+    /// Samples that are not known to be in shadow, for whole 64s of leaves. Those of half a block are the first sixteen, whichever half it is.
     pub(super) alive: Vec<u32>,
+    /// Of each 64 leaves those that had such samples when [`State::is_alive`] was asked; bits.
+    pub(super) there: Vec<u64>,
     pub(super) points: Vec<Points>,
     /// x and y of the samples, in tiles of many triangles, whose leaves have sixteen at most.
     pub(super) seen: Vec<[[f32; HALF]; 2]>,
@@ -41,12 +43,13 @@ pub(super) struct State {
 impl State {
     /// Nothing is known yet.
     #[inline(always)]
-    pub(super) fn start<S: Simd>(&mut self, s: S, leaves: &[Leaf]) {
+    pub(super) fn start<S: Simd>(&mut self, s: S, setup: &Setup, leaves: &[Leaf]) {
         self.make_room(leaves.len());
         for (i, leaf) in leaves.iter().enumerate() {
-            self.push(i, leaf, Part::new(s, leaf.sides(s)));
+            self.push(s, setup, i, leaf, leaf.sides(s));
         }
-        self.alive.resize(leaves.len().next_multiple_of(SIXTEEN), 0);
+        self.alive.resize(leaves.len().next_multiple_of(LEAVES), 0);
+        self.is_alive(s);
     }
 
     /// The same for a dense tile, where leaves have sixteen samples at most: loads them as well, and bounds each half of a block by itself.
@@ -75,9 +78,10 @@ impl State {
             s.combine_f32x8(c[1][0], c[1][1]).store_array(&mut self.seen[i][1]);
             let is_half = leaf.mask() >> shift(leaf) == LOW;
             let sides = if is_half { bounds(s, &c) } else { leaf.sides(s) };
-            self.push(i, leaf, Part::new(s, sides));
+            self.push(s, setup, i, leaf, sides);
         }
-        self.alive.resize(leaves.len().next_multiple_of(SIXTEEN), 0);
+        self.alive.resize(leaves.len().next_multiple_of(LEAVES), 0);
+        self.is_alive(s);
     }
 
     fn make_room(&mut self, leaves: usize) {
@@ -85,16 +89,16 @@ impl State {
         self.alive.clear();
         self.open.clear();
         // What is in them does not matter yet.
-        self.boxes.resize(leaves.div_ceil(SIXTEEN), Boxes::ZERO);
+        self.boxes.resize(leaves.div_ceil(LEAVES), Boxes::ZERO);
         if self.points.len() < leaves {
             self.points.resize(leaves, [[[0.0; HALF]; 2]; 3]);
         }
     }
 
     #[inline(always)]
-    fn push(&mut self, i: usize, leaf: &Leaf, part: Part) {
-        self.boxes[i / SIXTEEN].set(i % SIXTEEN, &part);
-        self.parts.push(part);
+    fn push<S: Simd>(&mut self, s: S, setup: &Setup, i: usize, leaf: &Leaf, sides: f32x8<S>) {
+        self.boxes[i / LEAVES].set(s, i % LEAVES, sides, &setup.steps);
+        self.parts.push(Part::new(s, sides));
         self.alive.push(leaf.mask() >> shift(leaf));
     }
 
@@ -114,9 +118,30 @@ impl State {
         }
     }
 
-    /// Whether some sample is not known to be in shadow.
-    pub(super) fn is_alive(&self) -> bool {
-        self.alive.iter().any(|alive| *alive != 0)
+    /// Whether some sample is not known to be in shadow; finds the leaves that have such.
+    #[inline(always)]
+    pub(super) fn is_alive<S: Simd>(&mut self, s: S) -> bool {
+        self.there.clear();
+        let mut any = 0;
+        for alive in self.alive.as_chunks::<LEAVES>().0 {
+            let mut there = 0;
+            for (i, alive) in alive.as_chunks().0.iter().enumerate() {
+                there |= u32x16::load_array_ref(s, alive).simd_gt(0).to_bitmask() << (16 * i);
+            }
+            self.there.push(there);
+            any |= there;
+        }
+        any != 0
+    }
+
+    /// Whether a block of triangles may meet a leaf that [`State::is_alive`] has found.
+    #[inline(always)]
+    pub(super) fn meets<S: Simd>(&self, s: S, hull: Coarse) -> bool {
+        let mut near = 0;
+        for (boxes, there) in self.boxes.iter().zip(&self.there) {
+            near |= boxes.near(s, hull) & there;
+        }
+        near != 0
     }
 
     /// Decides what f32 could not, and notes the samples that are in shadow.

@@ -67,11 +67,6 @@ pub(super) const BLOCK_LEAVES: u32 = 3;
 /// rooms and crowds some hundredths more.
 pub(super) const LEAST_PART: u32 = 2;
 
-/// Leaves that are tested against a chunk of triangles in one go: at most, and while their samples are loaded. Multiples of sixteen. Half and
-/// twice as many cost the same, of both.
-pub(super) const LEAVES: usize = 64;
-pub(super) const FIRST_LEAVES: usize = 32;
-
 /// Leaves whose samples are asked for ahead. 4 to 12 cost the same; with 32 the tile pass takes a twentieth longer at 3840x2160.
 pub(super) const AHEAD: usize = 6;
 

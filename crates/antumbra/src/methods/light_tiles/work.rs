@@ -6,6 +6,7 @@ use antumbra_predicates::Triangle;
 use fearless_simd::Simd;
 
 use super::bin::{Binned, Eight, Entry, LARGE};
+use super::boxes::LEAVES;
 use super::chunk::{Chunk, Eights, Setup};
 use super::grid::Tiles;
 use super::layout::{HALF, Layout};
@@ -15,7 +16,7 @@ use super::order::{LeafPlace, counting_sort, entry_keys, front_first};
 use super::pairs::{Memory, test};
 use super::prefetch::prefetch_second;
 use super::state::State;
-use super::tuning::{AHEAD, DENSE, FEW, FIRST_LEAVES, LEAVES, MOST_LEAVES};
+use super::tuning::{AHEAD, DENSE, FEW, MOST_LEAVES};
 use crate::methods::leaf::LeafCounts;
 
 /// What all workers share.
@@ -169,7 +170,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     for leaves in leaves.chunks(MOST_LEAVES) {
         // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
         let mut next = 0;
-        while next == 0 || (next < eights.len() && state.is_alive()) {
+        while next == 0 || (next < eights.len() && state.is_alive(s)) {
             let is_first = next == 0;
             if is_first {
                 ask_for(pass, leaves.iter().take(if dense { 2 * AHEAD } else { AHEAD }));
@@ -177,7 +178,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
             if apart(
                 s,
                 #[inline(always)]
-                || chunk.fill(s, pass, &setup, &eights, &mut next, at_once, counts),
+                || chunk.fill(s, pass, &setup, &eights, &mut next, at_once, state, counts),
             ) {
                 cover(pass, tile, words);
                 counts.node_accept += 1;
@@ -193,12 +194,11 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
                 apart(
                     s,
                     #[inline(always)]
-                    || state.start(s, leaves),
+                    || state.start(s, &setup, leaves),
                 );
             }
-            let step = if is_first && !dense { FIRST_LEAVES } else { LEAVES };
-            for first in (0..leaves.len()).step_by(step) {
-                let range = first..leaves.len().min(first + step);
+            for first in (0..leaves.len()).step_by(LEAVES) {
+                let range = first..leaves.len().min(first + LEAVES);
                 if is_first && !dense {
                     let range = range.clone();
                     apart(
