@@ -11,7 +11,7 @@ use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region, WIDEN};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
-use super::boxes::Hull;
+use super::boxes::{Coarse, Hull};
 use super::descend::{Caster, Target, descend};
 use super::frame::FACES;
 use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
@@ -53,10 +53,13 @@ impl Entry {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Eight {
     pub(super) first: u32,
+    /// How near to the light the nearest of them may be: larger is nearer, but numbers begin anew every sixteen powers of two. Only for the
+    /// order of the tests.
+    pub(super) near: u16,
     /// Those that may block a sample of the tile; bits.
-    pub(super) lanes: u32,
-    /// Bounds of those as seen from the light.
-    pub(super) hull: Hull,
+    pub(super) lanes: u8,
+    /// Bounds of those as seen from the light, in steps of the tile.
+    pub(super) hull: Coarse,
 }
 
 /// No place: seen all over the tile.
@@ -66,9 +69,9 @@ pub(super) const LARGE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 #[repr(align(128))]
 pub(super) struct Binned {
-    /// Triangles by tile, on their own and several of eight. Chunks have 128 and 256 bytes.
+    /// Triangles by tile, on their own and several of eight. Chunks have 128 bytes.
     pub(super) ids: Lists<Entry, 14>,
-    pub(super) eights: Lists<Eight, 8>,
+    pub(super) eights: Lists<Eight, 10>,
     /// Triangles that it has taken and not done.
     pub(super) left: std::ops::Range<usize>,
     pub(super) counts: Counts,
@@ -392,7 +395,13 @@ fn together<S: Simd, const N: usize>(
             found[n] |= near;
             if near.count_ones() >= LEAST_EIGHT && first + 8 <= pass.triangles.len() {
                 let hull = eights[n].seen.hull(s, near);
-                out.eights.push(tile, Eight { first: first as u32, lanes: near, hull });
+                let eight = Eight {
+                    first: first as u32,
+                    near: (hull[4].to_bits() >> 12) as u16,
+                    lanes: near as u8,
+                    hull: tiles.steps[tile as usize].of(s, hull),
+                };
+                out.eights.push(tile, eight);
             } else {
                 singles |= near << (8 * n);
             }

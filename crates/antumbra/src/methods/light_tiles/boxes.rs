@@ -17,6 +17,7 @@ pub(super) const LEAVES: usize = 64;
 /// Numbers from 0 to 255 for x, y and r of a tile. Each is monotone in what it stands for, whatever is rounded: bounds that overlap do so
 /// in steps, too, and nothing is missed. A tile is some eight leaves wide, so that a step is a small part of a leaf.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub(super) struct Steps {
     lo: [f32; 8],
     scale: [f32; 8],

@@ -5,7 +5,7 @@ use antumbra_predicates::{Triangle, exact};
 use fearless_simd::Simd;
 
 use super::bin::Eight;
-use super::boxes::{Coarse, Hull, Steps};
+use super::boxes::{Coarse, Steps};
 use super::frame::Frame;
 use super::prefetch::{prefetch, prefetch_eight};
 use super::shuffle::corners;
@@ -34,18 +34,18 @@ impl Eights<'_> {
 
     /// Eight triangles, which of them count, and their bounds, if they are known.
     #[inline(always)]
-    fn get(&self, i: usize) -> ([u32; 8], u8, Option<Hull>) {
+    fn get(&self, i: usize) -> ([u32; 8], u8, Option<Coarse>) {
         if let Some(ids) = self.ids.get(i) {
             let there = (self.count - 8 * i).min(8);
             return (*ids, (0xffu32 >> (8 - there)) as u8, None);
         }
-        let Eight { first, lanes, hull } = self.more[i - self.ids.len()];
-        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes as u8, Some(hull))
+        let Eight { first, lanes, hull, .. } = self.more[i - self.ids.len()];
+        ([0, 1, 2, 3, 4, 5, 6, 7].map(|k| first + k), lanes, Some(hull))
     }
 
     /// Bounds, if they are known.
     #[inline(always)]
-    fn hull(&self, i: usize) -> Option<Hull> {
+    fn hull(&self, i: usize) -> Option<Coarse> {
         Some(self.more.get(i.checked_sub(self.ids.len())?)?.hull)
     }
 
@@ -78,8 +78,9 @@ impl Setup {
     pub(super) fn new(pass: &Pass<'_>, tile: usize) -> Setup {
         let frame = Frame::of(pass.tiles.face[tile] as usize);
         let light = frame.turn(pass.light);
-        let region = pass.tiles.region[tile];
-        Setup { tile: Tile::new(light, region), steps: Steps::new(&region), frame, light }
+        // Bounds in the list are in steps of the tile whose list it is.
+        let steps = pass.tiles.steps[pass.tiles.list[tile] as usize];
+        Setup { tile: Tile::new(light, pass.tiles.region[tile]), steps, frame, light }
     }
 }
 
@@ -191,7 +192,7 @@ impl Chunk {
             // Leaves are known from the second chunk on.
             if !is_first
                 && let Some(hull) = eights.hull(ahead)
-                && !state.meets(s, setup.steps.of(s, hull))
+                && !state.meets(s, hull)
             {
                 self.skip |= 1 << (ahead % 8);
             } else {
@@ -208,7 +209,7 @@ impl Chunk {
                 && *next >= at_once
             {
                 *next += 1;
-                self.hulls[used] = setup.steps.of(s, hull);
+                self.hulls[used] = hull;
                 self.fresh |= 1 << used;
                 self.unread |= 1 << used;
                 used += 1;

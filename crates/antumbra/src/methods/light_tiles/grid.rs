@@ -12,6 +12,7 @@ use antumbra_predicates::tile::Region;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 use rayon::prelude::*;
 
+use super::boxes::Steps;
 use super::frame::FACES;
 use super::layout::BLOCK;
 use super::tuning::{
@@ -290,6 +291,8 @@ pub(super) struct Tiles {
     pub(super) cells: Vec<[u16; 4]>,
     /// Bounds of the samples.
     pub(super) region: Vec<Region>,
+    /// The same, as what steps are counted in.
+    pub(super) steps: Vec<Steps>,
     pub(super) nodes: Vec<Node>,
     /// Cells whose grids are still to be made.
     crowded: Vec<Crowded>,
@@ -551,6 +554,8 @@ impl Tiles {
             let list = self.list[tile] as usize;
             self.region[list] = self.region[list].union(&self.region[tile]);
         }
+        self.steps.clear();
+        self.steps.extend(self.region.iter().map(Steps::new));
         for i in (0..self.nodes.len()).rev() {
             let (before, after) = self.nodes.split_at_mut(i + 1);
             let node = &mut before[i];

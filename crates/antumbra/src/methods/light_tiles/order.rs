@@ -92,7 +92,7 @@ const PARTS: usize = 16;
 /// more. Those that are about as near stay in the order of the list, where neighbours are together.
 pub(super) fn front_first(mixed: &[Eight], eights: &mut Vec<Eight>) {
     // Bits of positive numbers are in their order, and parts of their range are about logarithmic.
-    let r = |eight: &Eight| eight.hull[4].to_bits();
+    let r = |eight: &Eight| u32::from(eight.near);
     let (mut lo, mut hi) = (u32::MAX, 0);
     for eight in mixed {
         (lo, hi) = (lo.min(r(eight)), hi.max(r(eight)));
