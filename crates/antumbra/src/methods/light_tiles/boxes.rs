@@ -15,7 +15,8 @@ pub(super) type Coarse = [u8; 5];
 pub(super) const LEAVES: usize = 64;
 
 /// Numbers from 0 to 255 for x, y and r of a tile. Each is monotone in what it stands for, whatever is rounded: bounds that overlap do so
-/// in steps, too, and nothing is missed. A tile is some eight leaves wide, so that a step is a small part of a leaf.
+/// in steps, too, and nothing is missed. A tile is some eight to twenty leaves wide, so that a step is a tenth
+/// of a leaf at most.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Steps {

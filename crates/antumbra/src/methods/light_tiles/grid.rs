@@ -291,7 +291,7 @@ pub(super) struct Tiles {
     pub(super) cells: Vec<[u16; 4]>,
     /// Bounds of the samples.
     pub(super) region: Vec<Region>,
-    /// The same, as what steps are counted in.
+    /// What its steps are ([`super::boxes`]).
     pub(super) steps: Vec<Steps>,
     pub(super) nodes: Vec<Node>,
     /// Cells whose grids are still to be made.

@@ -158,6 +158,15 @@ mod tests {
         assert_eq!(got, (0..100).filter(|i| i % 2 == 1).collect::<Vec<_>>());
         lists.each(2, |_| panic!("empty"));
         assert_eq!(lists.items(), 100);
+        // 32 and 3 more, over the ends of chunks.
+        lists.push_each(2, u32::MAX, |i| i as u32);
+        lists.push_each(2, 0x8000_0101, |i| 100 + i as u32);
+        lists.push_each(2, 0, |_| 0);
+        let mut got = Vec::new();
+        lists.each(2, |items| got.extend_from_slice(items));
+        got.sort_unstable();
+        assert_eq!(got, (0..32).chain([100, 108, 131]).collect::<Vec<_>>());
+        assert_eq!(lists.items(), 135);
         lists.reset(3);
         lists.each(1, |_| panic!("empty"));
     }

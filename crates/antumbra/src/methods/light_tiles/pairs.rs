@@ -1,4 +1,4 @@
-//! Eight blocks of eight triangles against leaves, in flat loops: the bounds of blocks against sixteen leaves at a time; what is left of that against the
+//! Eight blocks of eight triangles against leaves, in flat loops: the bounds of blocks against 64 leaves at a time; what is left of that against the
 //! triangles of the blocks; what is left of that, pairs of a leaf and a triangle, sample by sample. Loops within loops would end at moments
 //! that no processor can foretell.
 
@@ -47,7 +47,7 @@ impl Default for Memory {
     }
 }
 
-/// Tests some leaves of a tile: at most [`LEAVES`], loaded, and the first one's number a multiple of sixteen. In a dense tile, where leaves have sixteen
+/// Tests some leaves of a tile: at most [`LEAVES`], loaded, and the first one's number a multiple of that. In a dense tile, where leaves have sixteen
 /// samples at most, pairs are first held against the sides alone: most samples are beside most triangles.
 #[inline(always)]
 pub(super) fn test<S: Simd, const IS_DENSE: bool>(
@@ -61,7 +61,7 @@ pub(super) fn test<S: Simd, const IS_DENSE: bool>(
     counts: &mut Counts,
 ) {
     let Memory { boxes, pairs, within, left } = memory;
-    let (first, sixteenths) = (range.start, range.len().div_ceil(16));
+    let (first, sixteens) = (range.start, range.len().div_ceil(16));
     debug_assert!(first.is_multiple_of(LEAVES) && range.len() <= LEAVES);
     let State { parts, boxes: bounds, there, alive, points, seen, open } = state;
     let (parts, alive, points) = (&parts[range.clone()], &mut alive[first..], &points[range.clone()]);
@@ -69,7 +69,7 @@ pub(super) fn test<S: Simd, const IS_DENSE: bool>(
     let (mut count, mut all_near) = (0, 0);
     for block in 0..chunk.used {
         let near = bounds.near(s, chunk.hulls[block]) & there;
-        for (i, near) in near.to_le_bytes().as_chunks::<2>().0[..sixteenths].iter().enumerate() {
+        for (i, near) in near.to_le_bytes().as_chunks::<2>().0[..sixteens].iter().enumerate() {
             for half in 0..2 {
                 let (at, near) = ((128 * i + 64 * half + block) as u16, near[half]);
                 let next = &mut boxes[count..][..8];

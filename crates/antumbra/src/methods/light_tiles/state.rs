@@ -32,7 +32,7 @@ pub(super) struct State {
     pub(super) boxes: Vec<Boxes>,
     /// Samples that are not known to be in shadow, for whole 64s of leaves. Those of half a block are the first sixteen, whichever half it is.
     pub(super) alive: Vec<u32>,
-    /// Of each 64 leaves those that had such samples when [`State::is_alive`] was asked; bits.
+    /// Of each 64 leaves those that [`State::find_alive`] has found last; bits.
     pub(super) there: Vec<u64>,
     pub(super) points: Vec<Points>,
     /// x and y of the samples, in tiles of many triangles, whose leaves have sixteen at most.
@@ -49,7 +49,7 @@ impl State {
             self.push(s, setup, i, leaf, leaf.sides(s));
         }
         self.alive.resize(leaves.len().next_multiple_of(LEAVES), 0);
-        self.is_alive(s);
+        self.find_alive(s);
     }
 
     /// The same for a dense tile, where leaves have sixteen samples at most: loads them as well, and bounds each half of a block by itself.
@@ -81,7 +81,7 @@ impl State {
             self.push(s, setup, i, leaf, sides);
         }
         self.alive.resize(leaves.len().next_multiple_of(LEAVES), 0);
-        self.is_alive(s);
+        self.find_alive(s);
     }
 
     fn make_room(&mut self, leaves: usize) {
@@ -118,9 +118,9 @@ impl State {
         }
     }
 
-    /// Whether some sample is not known to be in shadow; finds the leaves that have such.
+    /// Finds the leaves with samples that are not known to be in shadow. False if there is none.
     #[inline(always)]
-    pub(super) fn is_alive<S: Simd>(&mut self, s: S) -> bool {
+    pub(super) fn find_alive<S: Simd>(&mut self, s: S) -> bool {
         self.there.clear();
         let mut any = 0;
         for alive in self.alive.as_chunks::<LEAVES>().0 {
@@ -134,7 +134,7 @@ impl State {
         any != 0
     }
 
-    /// Whether a block of triangles may meet a leaf that [`State::is_alive`] has found.
+    /// Whether a block of triangles may meet a leaf that [`State::find_alive`] has found.
     #[inline(always)]
     pub(super) fn meets<S: Simd>(&self, s: S, hull: Coarse) -> bool {
         let mut near = 0;

@@ -170,7 +170,7 @@ fn one_tile<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, scratch: &mut Scratch) 
     for leaves in leaves.chunks(MOST_LEAVES) {
         // Chunk by chunk: its triangles stay in the first cache while all leaves go by. Samples are loaded with the first one.
         let mut next = 0;
-        while next == 0 || (next < eights.len() && state.is_alive(s)) {
+        while next == 0 || (next < eights.len() && state.find_alive(s)) {
             let is_first = next == 0;
             if is_first {
                 ask_for(pass, leaves.iter().take(if dense { 2 * AHEAD } else { AHEAD }));
