@@ -10,7 +10,9 @@
 //! ```
 //!
 //! so that a box of directions and nearnesses is culled, or found to be covered, by interval arithmetic
-//! ([`TileBlock::cull`]), whatever triangles lie beside or behind the light. Samples are then tested with the sums of
+//! ([`TileBlock::cull`]), whatever triangles lie beside or behind the light. A light far away sees all samples in almost one direction:
+//! then `x` and `y` are measured from a point among the samples ([`Aim`]), as the difference of two directions would be lost in their
+//! rounding. Samples are then tested with the sums of
 //! [`crate::filter`], relative to the first corner ([`TileBlock::test`]). The sides are divided by their own bounds for the tile,
 //! so that one comparison decides all three: above 1 certain, below -1 certainly not; the plane is held against the bound of
 //! the sample. `bounds.md` derives the bounds.
@@ -34,7 +36,7 @@ const LEAST: f32 = 1.0 / (1u128 << 100) as f32;
 /// keeps it clear of subnormal numbers ([`TINY`] says why).
 const PLANE_LEAST: f32 = 1.0 / (1u64 << 40) as f32;
 
-/// Bounds of directions and nearness of samples, as computed in f32: `r = 1 / w`, `x = u r`, `y = v r`.
+/// Bounds of directions and nearness of samples, as computed in f32: `r = 1 / w`, `x = u r`, `y = v r`, measured from an [`Aim`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
     /// Least `x`, `y`, `r`.
@@ -81,22 +83,156 @@ impl Region {
     }
 
     /// A box, relative to the light, that holds every sample of the region: middle and half size in the face's frame.
-    fn points(&self) -> [[f32; 3]; 2] {
+    fn points(&self, aim: &Aim) -> [[f32; 3]; 2] {
+        let slope = aim.slope;
         // w from 1/r, then u and v as products of intervals; widened for the rounding of samples and of these lines.
         let w = [1.0 / self.hi[2], 1.0 / self.lo[2]];
         let product = |k: usize| {
-            let all = [self.lo[k] * w[0], self.lo[k] * w[1], self.hi[k] * w[0], self.hi[k] * w[1]];
+            let [lo, hi] = [self.lo[k] + slope[k], self.hi[k] + slope[k]];
+            let all = [lo * w[0], lo * w[1], hi * w[0], hi * w[1]];
             [all.into_iter().fold(f32::INFINITY, f32::min), all.into_iter().fold(f32::NEG_INFINITY, f32::max)]
         };
         let bounds = [product(0), product(1), w];
         let center = bounds.map(|[lo, hi]| 0.5 * lo + 0.5 * hi);
         let half = [0, 1, 2].map(|k| {
             let h = (bounds[k][1] - center[k]).max(center[k] - bounds[k][0]);
-            h + 2.0 * WIDEN * (h + center[k].abs())
+            // The direction may be small because the slope takes away from it: its rounding is that of the slope, and of how far the anchor is.
+            let turned = if k < 2 { slope[k].abs() * (w[1] + aim.reach) } else { 0.0 };
+            h + 2.0 * WIDEN * (h + center[k].abs() + turned)
         });
         [center, half]
     }
 }
+
+/// Where directions are measured from, in the frame of a face: its axis, or a point (the anchor) that a far light looks at.
+///
+/// With the anchor at `k` from the light, directions are `x - k.u / k.w` and `y - k.v / k.w`: a shear of space that leaves all tests as they
+/// are, but for constants. As computed from `p` minus anchor they are as exact as the samples are close together, and not only as exact as
+/// f32 can say where the light is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Aim {
+    /// The light, or the anchor: what points are held against.
+    light: [f32; 3],
+    anchor: [f32; 3],
+    /// Direction of the anchor, rounded; at most 1.
+    slope: [f32; 2],
+    /// Distance of the anchor along `w`, rounded; 0 if there is none.
+    reach: f32,
+    /// Covers the rounding of relative depths.
+    least: f32,
+}
+
+/// Relative depths are off by some u at most (`bounds.md`), which is more than they are where all is at one depth.
+const DEPTH_LEAST: f32 = 16.0 * 0.5 * f32::EPSILON;
+
+impl Aim {
+    /// Directions as they are.
+    pub fn straight(light: [f32; 3]) -> Aim {
+        Aim { light, anchor: light, slope: [0.0; 2], reach: 0.0, least: 0.0 }
+    }
+
+    /// From about a direction `x`, `y` at nearness `r`. Straight if that is no point of the face.
+    pub fn at(light: [f32; 3], [x, y, r]: [f32; 3]) -> Aim {
+        let l = light.map(f64::from);
+        let w = 1.0 / f64::from(r);
+        let anchor = [l[0] + f64::from(x) * w, l[1] + f64::from(y) * w, l[2] + w].map(|c| c as f32);
+        let k = [0, 1, 2].map(|i| f64::from(anchor[i]) - l[i]);
+        let (slope, reach) = ([(k[0] / k[2]) as f32, (k[1] / k[2]) as f32], k[2] as f32);
+        if !(slope[0].abs() <= 1.0 && slope[1].abs() <= 1.0 && (NEAREST..=LIMIT).contains(&reach)) {
+            return Aim::straight(light);
+        }
+        Aim { light, anchor, slope, reach, least: DEPTH_LEAST }
+    }
+
+    /// The light.
+    pub fn light(&self) -> [f32; 3] {
+        self.light
+    }
+
+    /// What directions are measured from.
+    pub fn anchor(&self) -> [f32; 3] {
+        self.anchor
+    }
+
+    /// The direction of the anchor.
+    pub fn slope(&self) -> [f32; 2] {
+        self.slope
+    }
+
+    /// The distance of the anchor along `w`; 0 if there is none.
+    pub fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// Whether directions are measured from the axis of the face.
+    #[inline(always)]
+    pub fn is_straight(&self) -> bool {
+        self.reach == 0.0
+    }
+
+    /// How far from the anchor, in depth and relative to their own, points of the least and the largest nearness are, at most: it scales the
+    /// rounding of their directions. 1 if there is no anchor.
+    pub fn depth(&self, [least, most]: [f32; 2]) -> f32 {
+        (1.0 - self.reach * least).abs().max((1.0 - self.reach * most).abs()) + self.least
+    }
+
+    /// [`Aim::depth`] of the samples of a region.
+    pub fn depth_of(&self, region: &Region) -> f32 {
+        self.depth([region.lo[2], region.hi[2]])
+    }
+
+    /// What the bounds of tests are multiplied with along x and y, in a region: the largest direction in it, or what rounds it.
+    pub fn weight(&self, region: &Region) -> [f32; 2] {
+        let depth = self.depth_of(region);
+        [0, 1].map(|k| region.lo[k].abs().max(region.hi[k].abs()).max(depth))
+    }
+
+    /// x, y and r of one point of the face, in its frame.
+    pub fn seen(&self, p: [f32; 3]) -> [f32; 3] {
+        let r = 1.0 / (p[2] - self.light[2]);
+        let d = [0, 1, 2].map(|k| p[k] - self.anchor[k]);
+        [(d[0] - self.slope[0] * d[2]) * r, (d[1] - self.slope[1] * d[2]) * r, r]
+    }
+
+    /// u and v of eight points, in the frame: not yet divided by w.
+    #[inline(always)]
+    fn lean<S: Simd>(&self, p: &V3<S>) -> [f32x8<S>; 2] {
+        // Without an anchor the slope is zero: no branch.
+        let w = p[2] - self.anchor[2];
+        [w.mul_add(-self.slope[0], p[0] - self.anchor[0]), w.mul_add(-self.slope[1], p[1] - self.anchor[1])]
+    }
+
+    /// Of eight triangles, the third coordinate of the normal of test `k` (sides ab, bc, ca, then the plane) once space is sheared, and its sum of absolute
+    /// products: the first two stay the same. `edge` holds b - a, c - b, a - c.
+    #[inline(always)]
+    pub fn constant<S: Simd>(
+        &self,
+        s: S,
+        raw: &[V3<S>; 3],
+        edge: &[V3<S>; 3],
+        k: usize,
+    ) -> (f32x8<S>, f32x8<S>) {
+        let ([a, a_mag], [b, b_mag]) = if k < 3 {
+            (self.bend(&sub(raw[k], splat3(s, self.anchor))), self.bend(&edge[k]))
+        } else {
+            (self.bend(&edge[2]), self.bend(&edge[0]))
+        };
+        let mag = a_mag[0].mul_add(b_mag[1], a_mag[1].mul_add(b_mag[0], f32x8::splat(s, TINY)));
+        (a[0].mul_sub(b[1], a[1] * b[0]), mag)
+    }
+
+    /// As [`Aim::lean`] of vectors, and what bounds their rounding ([`LEAN`]).
+    #[inline(always)]
+    fn bend<S: Simd>(&self, v: &V3<S>) -> [[f32x8<S>; 2]; 2] {
+        let at = [v[2].mul_add(-self.slope[0], v[0]), v[2].mul_add(-self.slope[1], v[1])];
+        let w = v[2].abs();
+        let more = [LEAN * self.slope[0].abs(), LEAN * self.slope[1].abs()];
+        [at, [w.mul_add(more[0], at[0].abs()), w.mul_add(more[1], at[1].abs())]]
+    }
+}
+
+/// The rounding of what the slope takes away, in units of that of what is left: `bounds.md` needs 2.5.
+const LEAN: f32 = 3.0;
 
 /// A region within a tile's, made ready to be held against triangles.
 #[derive(Clone, Copy, Debug)]
@@ -143,6 +279,8 @@ pub struct TileBlock {
     margin: [[f32; 8]; 4],
     /// Sums of absolute products of the plane's normal, times [`KAPPA`], in units of the plane test.
     plane_mag: [[f32; 8]; 3],
+    /// The third coordinate of the normals as the [`Aim`] has it: of directions, the constant of each test.
+    constant: [[f32; 8]; 4],
     /// The constant of each side, plus its margin.
     outer: [[f32; 8]; 3],
 }
@@ -194,17 +332,20 @@ fn sixteen<S: Simd>(mask: mask32x16<S>) -> u32 {
 /// A tile, as [`TileBlock::look`] and [`TileBlock::prepare`] need it.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
-    light: [f32; 3],
+    aim: Aim,
     region: Region,
+    /// Of the samples ([`Aim::depth_of`]).
+    depth: f32,
+    weight: [f32; 2],
     center: [f32; 3],
     half: [f32; 3],
 }
 
 impl Tile {
-    /// The samples of a region around a light (in the face's frame).
-    pub fn new(light: [f32; 3], region: Region) -> Tile {
-        let [center, half] = region.points();
-        Tile { light, region, center, half }
+    /// The samples of a region around a light.
+    pub fn new(aim: Aim, region: Region) -> Tile {
+        let [center, half] = region.points(&aim);
+        Tile { aim, region, depth: aim.depth_of(&region), weight: aim.weight(&region), center, half }
     }
 }
 
@@ -217,6 +358,7 @@ impl TileBlock {
         det: [[0.0; 8]; 2],
         margin: [[0.0; 8]; 4],
         plane_mag: [[0.0; 8]; 3],
+        constant: [[0.0; 8]; 4],
         outer: [[0.0; 8]; 3],
     };
 
@@ -224,11 +366,29 @@ impl TileBlock {
     /// lanes hold triangles. Returns those that may block some sample of the tile, by their bounds alone.
     #[inline(always)]
     pub fn look<S: Simd>(&mut self, s: S, raw: [[f32x8<S>; 3]; 3], live: u8, tile: &Tile) -> u8 {
-        let l = splat3(s, tile.light);
+        if tile.aim.is_straight() {
+            return self.look_along::<S, false>(s, raw, live, tile);
+        }
+        apart(
+            s,
+            #[inline(always)]
+            || self.look_along::<S, true>(s, raw, live, tile),
+        )
+    }
+
+    #[inline(always)]
+    fn look_along<S: Simd, const FAR: bool>(
+        &mut self,
+        s: S,
+        raw: [[f32x8<S>; 3]; 3],
+        live: u8,
+        tile: &Tile,
+    ) -> u8 {
+        let l = splat3(s, tile.aim.light);
         let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
         let far = max3(abs(rel[0])).max(max3(abs(rel[1]))).max(max3(abs(rel[2])));
         let tame = far.simd_le(LIMIT);
-        let bounds = seen_bounds(s, &rel);
+        let bounds = seen_bounds::<S, FAR>(s, &tile.aim, tile.depth, &raw);
         let infinity = f32x8::splat(s, f32::INFINITY);
         let open = [-infinity, infinity, -infinity, infinity, infinity];
         let mut seen = open;
@@ -253,7 +413,19 @@ impl TileBlock {
     /// `maybe` blocks no sample of the tile.
     #[inline(always)]
     pub fn prepare<S: Simd>(&mut self, s: S, live: u8, tile: &Tile) -> TileVerdict {
-        let l = splat3(s, tile.light);
+        if tile.aim.is_straight() {
+            return self.prepare_along::<S, false>(s, live, tile);
+        }
+        apart(
+            s,
+            #[inline(always)]
+            || self.prepare_along::<S, true>(s, live, tile),
+        )
+    }
+
+    #[inline(always)]
+    fn prepare_along<S: Simd, const FAR: bool>(&mut self, s: S, live: u8, tile: &Tile) -> TileVerdict {
+        let l = splat3(s, tile.aim.light);
         let raw = [load3(s, &self.corners[0]), load3(s, &self.corners[1]), load3(s, &self.corners[2])];
         let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
         let t = &tile.region;
@@ -300,8 +472,16 @@ impl TileBlock {
             let scaled = scale(m[k], by);
             let scaled =
                 [tame.select(scaled[0], zero), tame.select(scaled[1], zero), tame.select(scaled[2], zero)];
-            let margin = tame.select((kappa + kappa) * (mag[k][0] + mag[k][1] + mag[k][2]) * inverse, zero);
-            let value = scaled[1].mul_add(yc, scaled[0].mul_add(xc, scaled[2]));
+            // Of directions, the normal is bent as space is: its first two coordinates stay the same.
+            let (constant, mags) = if FAR {
+                let (constant, of_constant) = tile.aim.constant(s, &raw, &edge, k);
+                let [x, y] = tile.weight;
+                (tame.select(constant * by, zero), mag[k][0] * x + mag[k][1] * y + of_constant)
+            } else {
+                (scaled[2], mag[k][0] + mag[k][1] + mag[k][2])
+            };
+            let margin = tame.select((kappa + kappa) * mags * inverse, zero);
+            let value = scaled[1].mul_add(yc, scaled[0].mul_add(xc, constant));
             let reach = scaled[1].abs().mul_add(yh, scaled[0].abs().mul_add(xh, margin));
             if k == 1 {
                 tame.select(det * by, zero).store_array(&mut self.det[0]);
@@ -318,11 +498,12 @@ impl TileBlock {
                 store3(scale(mag, kappa * inverse), &mut self.plane_mag);
             } else {
                 margin.store_array(&mut self.margin[k]);
-                (scaled[2] + margin).store_array(&mut self.outer[k]);
+                (constant + margin).store_array(&mut self.outer[k]);
                 out = out.min(value + reach);
                 least = least.min(value - reach);
             }
             store3(scaled, &mut self.m[k]);
+            constant.store_array(&mut self.constant[k]);
         }
         let open = live & !faces;
         let maybe = (live & !bits(out.simd_lt(0.0))) | open;
@@ -347,11 +528,11 @@ impl TileBlock {
 
     /// Turns triangle `lane` to the other facing.
     pub fn flip(&mut self, lane: usize) {
-        for m in self.m.iter_mut().flatten().chain(&mut self.det) {
+        for m in self.m.iter_mut().flatten().chain(&mut self.det).chain(&mut self.constant) {
             m[lane] = -m[lane];
         }
         for k in 0..3 {
-            self.outer[k][lane] = self.m[k][2][lane] + self.margin[k][lane];
+            self.outer[k][lane] = self.constant[k][lane] + self.margin[k][lane];
         }
     }
 
@@ -388,9 +569,10 @@ impl TileBlock {
     /// Test `k` at the middle of a region of directions, and how far it may be from that anywhere in it.
     #[inline(always)]
     fn over<S: Simd>(&self, s: S, k: usize, at: [f32; 2], half: [f32; 2]) -> (f32x8<S>, f32x8<S>) {
-        let m = load3(s, &self.m[k]);
+        let m = [f32x8::load_array_ref(s, &self.m[k][0]), f32x8::load_array_ref(s, &self.m[k][1])];
+        let constant = f32x8::load_array_ref(s, &self.constant[k]);
         let margin = f32x8::load_array_ref(s, &self.margin[k]);
-        let value = m[1].mul_add(at[1], m[0].mul_add(at[0], m[2]));
+        let value = m[1].mul_add(at[1], m[0].mul_add(at[0], constant));
         (value, m[1].abs().mul_add(half[1], m[0].abs().mul_add(half[0], margin)))
     }
 
@@ -500,35 +682,64 @@ impl TileBlock {
 }
 
 /// Bounds of eight triangles as seen from the light: least x, largest x, least y, largest y, largest r, all widened. Open
-/// where a corner lies beside or behind the light.
+/// where a corner lies beside or behind the light. `depth` is that of the samples ([`Aim::depth_of`]).
+///
+/// `FAR` may be false if the aim is straight: less work.
 #[inline(always)]
-pub fn seen_bounds<S: Simd>(s: S, rel: &[V3<S>; 3]) -> [f32x8<S>; 5] {
+pub fn seen_bounds<S: Simd, const FAR: bool>(
+    s: S,
+    aim: &Aim,
+    depth: f32,
+    corners: &[V3<S>; 3],
+) -> [f32x8<S>; 5] {
     let one = f32x8::splat(s, 1.0);
     let infinity = f32x8::splat(s, f32::INFINITY);
+    let l = splat3(s, aim.light);
+    let rel = [sub(corners[0], l), sub(corners[1], l), sub(corners[2], l)];
     let front = rel[0][2].min(rel[1][2]).min(rel[2][2]).simd_ge(NEAREST);
     let r = [one / rel[0][2], one / rel[1][2], one / rel[2][2]];
-    let x = [rel[0][0] * r[0], rel[1][0] * r[1], rel[2][0] * r[2]];
-    let y = [rel[0][1] * r[0], rel[1][1] * r[1], rel[2][1] * r[2]];
     let r_hi = r[0].max(r[1]).max(r[2]);
+    let (x, y, widen);
+    if FAR {
+        let [a, b, c] = [aim.lean(&corners[0]), aim.lean(&corners[1]), aim.lean(&corners[2])];
+        (x, y) = ([a[0] * r[0], b[0] * r[1], c[0] * r[2]], [a[1] * r[0], b[1] * r[1], c[1] * r[2]]);
+        widen = depth_between(s, aim, r[0].min(r[1]).min(r[2]), r_hi).max(depth) * WIDEN;
+    } else {
+        x = [rel[0][0] * r[0], rel[1][0] * r[1], rel[2][0] * r[2]];
+        y = [rel[0][1] * r[0], rel[1][1] * r[1], rel[2][1] * r[2]];
+        widen = f32x8::splat(s, WIDEN);
+    }
     [
-        front.select(widened_least(s, x), -infinity),
-        front.select(widened_most(s, x), infinity),
-        front.select(widened_least(s, y), -infinity),
-        front.select(widened_most(s, y), infinity),
+        front.select(widened_least(x, widen), -infinity),
+        front.select(widened_most(x, widen), infinity),
+        front.select(widened_least(y, widen), -infinity),
+        front.select(widened_most(y, widen), infinity),
         front.select(r_hi.mul_add(f32x8::splat(s, WIDEN), r_hi), infinity),
     ]
 }
 
+/// [`Aim::depth`] of eight.
 #[inline(always)]
-fn widened_least<S: Simd>(s: S, c: V3<S>) -> f32x8<S> {
-    let widen = f32x8::splat(s, WIDEN);
+fn depth_between<S: Simd>(s: S, aim: &Aim, least: f32x8<S>, most: f32x8<S>) -> f32x8<S> {
+    let one = f32x8::splat(s, 1.0);
+    (one - least * aim.reach).abs().max((one - most * aim.reach).abs()) + aim.least
+}
+
+/// `widen` is added, and [`WIDEN`] of the bound itself.
+#[inline(always)]
+fn widened_least<S: Simd>(c: V3<S>, widen: f32x8<S>) -> f32x8<S> {
     let c = c[0].min(c[1]).min(c[2]);
-    c - c.abs().mul_add(widen, widen)
+    c - c.abs().mul_add(WIDEN, widen)
 }
 
 #[inline(always)]
-fn widened_most<S: Simd>(s: S, c: V3<S>) -> f32x8<S> {
-    let widen = f32x8::splat(s, WIDEN);
+fn widened_most<S: Simd>(c: V3<S>, widen: f32x8<S>) -> f32x8<S> {
     let c = c[0].max(c[1]).max(c[2]);
-    c + c.abs().mul_add(widen, widen)
+    c + c.abs().mul_add(WIDEN, widen)
+}
+
+/// Calls a function that is compiled for the instruction set, and by itself.
+#[inline(never)]
+fn apart<S: Simd, R>(s: S, f: impl FnOnce() -> R) -> R {
+    s.vectorize(f)
 }

@@ -4,7 +4,9 @@
 use antumbra_predicates::exact;
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::plane::PlaneResolver;
-use antumbra_predicates::tile::{NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict};
+use antumbra_predicates::tile::{
+    Aim, NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict,
+};
 use fearless_simd::{Level, SimdBase, dispatch, f32x8};
 
 use crate::cases::{Case, Point, Rng, line};
@@ -24,6 +26,7 @@ struct Tally {
     open_plane: u32,
     open_sides: u32,
     plane_sure: u32,
+    far: u32,
 }
 
 /// World coordinates in the frame of a face: axes turned round, w perhaps negated.
@@ -33,11 +36,10 @@ fn turn(face: usize, p: Point) -> Point {
 }
 
 /// x, y, r of a sample, if it lies within the face.
-fn direction(face: usize, p: Point, light: Point) -> Option<Point> {
-    let (p, l) = (turn(face, p), turn(face, light));
+fn direction(face: usize, p: Point, aim: &Aim) -> Option<Point> {
+    let (p, l) = (turn(face, p), aim.light());
     let [u, v, w] = [0, 1, 2].map(|k| p[k] - l[k]);
-    let r = 1.0 / w;
-    ((NEAREST..=LIMIT).contains(&w) && u.abs() <= w && v.abs() <= w).then_some([u * r, v * r, r])
+    ((NEAREST..=LIMIT).contains(&w) && u.abs() <= w && v.abs() <= w).then(|| aim.seen(p))
 }
 
 fn bounds(of: &[Point]) -> Region {
@@ -111,16 +113,38 @@ fn plane_at(level: Level, plane: &PlaneResolver, p: &[[f32; 8]; 3]) -> (u8, u8) 
     })
 }
 
-/// The samples of the case that lie in one face, as a tile.
+/// The samples of the case that lie in one face, with their directions.
+fn seen(case: &Case, face: usize, aim: &Aim) -> Vec<(usize, Point)> {
+    (0..16).filter_map(|i| direction(face, case.samples[i], aim).map(|at| (i, at))).collect()
+}
+
+/// The samples of the case that lie in one face, as a tile: as they are seen along the axis, and from one of them.
 fn check(level: Level, case: &Case, face: usize, live: u8, truth: &[[Truth; 16]; 8], tally: &mut Tally) {
-    let inside: Vec<(usize, Point)> =
-        (0..16).filter_map(|i| direction(face, case.samples[i], case.light).map(|at| (i, at))).collect();
-    if inside.is_empty() {
-        return;
-    }
     let light = turn(face, case.light);
+    let straight = Aim::straight(light);
+    let inside = seen(case, face, &straight);
+    let Some(&(_, first)) = inside.first() else { return };
+    check_from(level, case, face, live, truth, &straight, tally);
+    let aim = Aim::at(light, first);
+    if !aim.is_straight() {
+        tally.far += 1;
+        check_from(level, case, face, live, truth, &aim, tally);
+    }
+}
+
+fn check_from(
+    level: Level,
+    case: &Case,
+    face: usize,
+    live: u8,
+    truth: &[[Truth; 16]; 8],
+    aim: &Aim,
+    tally: &mut Tally,
+) {
+    let light = aim.light();
+    let inside = seen(case, face, aim);
     let at: Vec<Point> = inside.iter().map(|s| s.1).collect();
-    let tile = Tile::new(light, bounds(&at));
+    let tile = Tile::new(*aim, bounds(&at));
     let mut corner = [[[f32::NAN; 8]; 3]; 3];
     for lane in (0..8).filter(|lane| live >> lane & 1 == 1) {
         for c in 0..3 {
@@ -263,6 +287,6 @@ fn certain_is_true_for_tiles() {
             "{t:?}"
         );
         assert!(t.free > 3000 && t.blocked > 1000 && t.open_plane > 300 && t.open_sides > 1000, "{t:?}");
-        assert!(t.plane_sure > 1000, "{t:?}");
+        assert!(t.plane_sure > 1000 && t.far > 1000, "{t:?}");
     }
 }

@@ -18,6 +18,7 @@ use super::grid::{GRID, Grid, NODE, NOTHING, Tiles};
 use super::lists::Lists;
 use super::prefetch::prefetch_eight;
 use super::shuffle::corners;
+use super::sight::{Sight, Sights};
 use super::tuning::{FEW_CELLS, LEAST_EIGHT, TRIANGLES};
 
 /// What all workers share.
@@ -53,8 +54,7 @@ impl Entry {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Eight {
     pub(super) first: u32,
-    /// How near to the light the nearest of them may be: larger is nearer, but numbers begin anew every sixteen powers of two. Only for the
-    /// order of the tests.
+    /// How near to the light the nearest of them comes ([`super::sight::Sight::nearness`]). Only for the order of the tests.
     pub(super) near: u16,
     /// Those that may block a sample of the tile; bits.
     pub(super) lanes: u8,
@@ -167,7 +167,7 @@ fn group<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut B
         }
         // A quarter of the face; a quarter or twice as much of that costs the same.
         let most_cells = (1 << (2 * grid.levels)) / 4;
-        if let Some(taken) = together(s, pass, grid, first, &group, &here, most_cells, out) {
+        if let Some(taken) = together(s, pass, face, first, &group, &here, most_cells, out) {
             for n in 0..GROUP {
                 found[n] |= taken[n];
             }
@@ -236,32 +236,123 @@ fn project<S: Simd>(s: S, pass: &Pass<'_>, first: usize, count: usize, out: &mut
         *v = [v[0] - pass.light[0], v[1] - pass.light[1], v[2] - pass.light[2]];
     }
     let [(f0, w0), (f1, w1), (f2, w2)] = [face(s, rel[0]), face(s, rel[1]), face(s, rel[2])];
-    let is_x = f0.simd_lt(2.0);
-    let is_z = f0.simd_ge(4.0);
     let r = [one / w0, one / w1, one / w2];
-    let (mut x, mut y) = ([zero; 3], [zero; 3]);
-    for c in 0..3 {
-        x[c] = is_x.select(rel[c][1], rel[c][0]) * r[c];
-        y[c] = is_z.select(rel[c][1], rel[c][2]) * r[c];
-    }
-    let widen = 2.0 * WIDEN;
-    let x_lo = x[0].min(x[1]).min(x[2]) - widen;
-    let x_hi = x[0].max(x[1]).max(x[2]) + widen;
-    let y_lo = y[0].min(y[1]).min(y[2]) - widen;
-    let y_hi = y[0].max(y[1]).max(y[2]) + widen;
+    let ([x_lo, x_hi, y_lo, y_hi], within) = if pass.tiles.sights.any_far {
+        bounds_far(s, &pass.tiles.sights, f0, live, &raw, &r)
+    } else {
+        let is_x = f0.simd_lt(2.0);
+        let is_z = f0.simd_ge(4.0);
+        let (mut x, mut y) = ([zero; 3], [zero; 3]);
+        for c in 0..3 {
+            x[c] = is_x.select(rel[c][1], rel[c][0]) * r[c];
+            y[c] = is_z.select(rel[c][1], rel[c][2]) * r[c];
+        }
+        let widen = 2.0 * WIDEN;
+        let x_lo = x[0].min(x[1]).min(x[2]) - widen;
+        let x_hi = x[0].max(x[1]).max(x[2]) + widen;
+        let y_lo = y[0].min(y[1]).min(y[2]) - widen;
+        let y_hi = y[0].max(y[1]).max(y[2]) + widen;
+        let within = x_lo.simd_gt(-1.0) & x_hi.simd_lt(1.0) & y_lo.simd_gt(-1.0) & y_hi.simd_lt(1.0);
+        ([x_lo, x_hi, y_lo, y_hi], within)
+    };
     let r_hi = r[0].max(r[1]).max(r[2]) * (1.0 + WIDEN);
     // Inside one face with room to spare, and no coordinate that rounds badly.
     let simple = f0.simd_eq(f1)
         & f0.simd_eq(f2)
-        & x_lo.simd_gt(-1.0)
-        & x_hi.simd_lt(1.0)
-        & y_lo.simd_gt(-1.0)
-        & y_hi.simd_lt(1.0)
+        & within
         & w0.min(w1).min(w2).simd_ge(NEAREST)
         & w0.max(w1).max(w2).simd_le(LIMIT);
     let simple = simple.to_bitmask() as u32;
     let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
     Projected { seen, face: f0, live, simple }
+}
+
+/// Bounds of eight triangles, where some face measures directions from a point: least x, largest x, least y, largest y, with room for rounding; and
+/// which of them are within the face, if their corners are.
+#[inline(always)]
+fn bounds_far<S: Simd>(
+    s: S,
+    sights: &Sights,
+    faces: f32x8<S>,
+    live: u32,
+    raw: &[[f32x8<S>; 3]; 3],
+    r: &[f32x8<S>; 3],
+) -> ([f32x8<S>; 4], mask32x8<S>) {
+    let one = f32x8::splat(s, 1.0);
+    let is_x = faces.simd_lt(2.0);
+    let is_z = faces.simd_ge(4.0);
+    let aims = Aims::of(s, sights, faces, live);
+    let (mut x, mut y) = (*r, *r);
+    for c in 0..3 {
+        let [u, v, w] = [
+            is_x.select(raw[c][1], raw[c][0]),
+            is_z.select(raw[c][1], raw[c][2]),
+            is_x.select(raw[c][0], is_z.select(raw[c][2], raw[c][1])),
+        ];
+        let from = w.mul_sub(aims.sign, aims.anchor[2]);
+        x[c] = (u - aims.anchor[0] - from * aims.slope[0]) * r[c];
+        y[c] = (v - aims.anchor[1] - from * aims.slope[1]) * r[c];
+    }
+    let (least, most) = (r[0].min(r[1]).min(r[2]), r[0].max(r[1]).max(r[2]));
+    let depth = (one - least * aims.reach).abs().max((one - most * aims.reach).abs()).max(aims.depth);
+    let ([x_lo, x_hi], x_within) = sides_far(x, depth, aims.slope[0]);
+    let ([y_lo, y_hi], y_within) = sides_far(y, depth, aims.slope[1]);
+    ([x_lo, x_hi, y_lo, y_hi], x_within & y_within)
+}
+
+/// Least and largest of three directions, and whether they are within a face whose point has direction `slope`.
+#[inline(always)]
+fn sides_far<S: Simd>(v: [f32x8<S>; 3], depth: f32x8<S>, slope: f32x8<S>) -> ([f32x8<S>; 2], mask32x8<S>) {
+    let (least, most) = (v[0].min(v[1]).min(v[2]), v[0].max(v[1]).max(v[2]));
+    // Twice what is needed.
+    let widen = (least.abs().max(most.abs()) + depth + WIDEN) * (2.0 * WIDEN);
+    let (lo, hi) = (least - widen, most + widen);
+    // A few ulp within, as the slope is rounded.
+    let edge = 1.0 - 12.0 * f32::EPSILON;
+    ([lo, hi], lo.simd_gt(-slope - edge) & hi.simd_lt(-slope + edge))
+}
+
+/// How the faces of eight triangles see them ([`super::sight::Sight`]): one face or several.
+#[derive(Clone, Copy, Debug)]
+struct Aims<S: Simd> {
+    sign: f32x8<S>,
+    anchor: [f32x8<S>; 3],
+    slope: [f32x8<S>; 2],
+    reach: f32x8<S>,
+    depth: f32x8<S>,
+}
+
+impl<S: Simd> Aims<S> {
+    /// `faces` as numbers, of which those in `live` count.
+    #[inline(always)]
+    fn of(s: S, sights: &Sights, faces: f32x8<S>, live: u32) -> Self {
+        let first = faces[live.trailing_zeros() as usize % 8];
+        if faces.simd_eq(first).to_bitmask() as u32 & live == live {
+            let n = Self::numbers(&sights.faces[first as usize]);
+            let all = |k: usize| f32x8::splat(s, n[k]);
+            return Self::new([all(0), all(1), all(2), all(3), all(4), all(5), all(6), all(7)]);
+        }
+        let mut at = [[0.0; 8]; 8];
+        for (lane, face) in faces.to_array().into_iter().enumerate() {
+            let numbers = Self::numbers(&sights.faces[face as usize]);
+            for k in 0..8 {
+                at[k][lane] = numbers[k];
+            }
+        }
+        let each = |k: usize| f32x8::load_array_ref(s, &at[k]);
+        Self::new([each(0), each(1), each(2), each(3), each(4), each(5), each(6), each(7)])
+    }
+
+    #[inline(always)]
+    fn new([sign, u, v, w, x, y, reach, depth]: [f32x8<S>; 8]) -> Self {
+        Self { sign, anchor: [u, v, w], slope: [x, y], reach, depth }
+    }
+
+    #[inline(always)]
+    fn numbers(sight: &Sight) -> [f32; 8] {
+        let ([u, v, w], [x, y]) = (sight.aim.anchor(), sight.aim.slope());
+        [sight.frame.sign, u, v, w, x, y, sight.aim.reach(), sight.depth]
+    }
 }
 
 /// Triangles of eight that are seen within one face: those in `live`. Returns those that some tile took.
@@ -275,11 +366,10 @@ fn within<S: Simd>(
     eight: &Projected<S>,
     out: &mut Binned,
 ) -> u32 {
-    let grid = &pass.tiles.grids[face];
-    if let Some([taken]) = together(s, pass, grid, first, &[*eight], &[live], FEW_CELLS, out) {
+    if let Some([taken]) = together(s, pass, face, first, &[*eight], &[live], FEW_CELLS, out) {
         return taken;
     }
-    let seen = &eight.seen;
+    let (seen, grid) = (&eight.seen, &pass.tiles.grids[face]);
     let at = grid.fit.places(s, seen.x[0], seen.y[0]);
     let [x0, x1] = grid.fit.wider(s, 0, seen.x, pass.tiles.margin);
     let [y0, y1] = grid.fit.wider(s, 1, seen.y, pass.tiles.margin);
@@ -338,7 +428,7 @@ impl<S: Simd> SeenEight<S> {
 fn together<S: Simd, const N: usize>(
     s: S,
     pass: &Pass<'_>,
-    grid: &Grid,
+    face: usize,
     first: usize,
     eights: &[Projected<S>; N],
     live: &[u32; N],
@@ -346,6 +436,7 @@ fn together<S: Simd, const N: usize>(
     out: &mut Binned,
 ) -> Option<[u32; N]> {
     let tiles = pass.tiles;
+    let grid = &tiles.grids[face];
     let infinity = f32x8::splat(s, f32::INFINITY);
     let (mut lo, mut hi, mut area) = ([infinity; 2], [-infinity; 2], f32x8::splat(s, 0.0));
     for n in 0..N {
@@ -397,7 +488,7 @@ fn together<S: Simd, const N: usize>(
                 let hull = eights[n].seen.hull(s, near);
                 let eight = Eight {
                     first: first as u32,
-                    near: (hull[4].to_bits() >> 12) as u16,
+                    near: tiles.sights.faces[face].nearness(hull[4]),
                     lanes: near as u8,
                     hull: tiles.steps[tile as usize].of(s, hull),
                 };
@@ -559,8 +650,16 @@ fn start<S: Simd>(s: S, pass: &Pass<'_>, id: u32, face: usize, out: &mut Binned)
     out.counts.descents += 1;
     let Binned { ids, stack, counts, .. } = out;
     let mut target = Target { tiles: pass.tiles, covered: pass.covered, id, ids, counts };
-    s.vectorize(
-        #[inline(always)]
-        || descend(s, &Caster::new(s, &pass.triangles[id as usize], pass.light, face), stack, &mut target),
-    );
+    let (triangle, sight) = (&pass.triangles[id as usize], &pass.tiles.sights.faces[face]);
+    if sight.aim.is_straight() {
+        s.vectorize(
+            #[inline(always)]
+            || descend(s, &Caster::new::<false>(s, triangle, sight), stack, &mut target),
+        );
+    } else {
+        s.vectorize(
+            #[inline(always)]
+            || descend(s, &Caster::new::<true>(s, triangle, sight), stack, &mut target),
+        );
+    }
 }

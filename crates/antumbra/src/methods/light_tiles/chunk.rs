@@ -6,9 +6,9 @@ use fearless_simd::Simd;
 
 use super::bin::Eight;
 use super::boxes::{Coarse, Steps};
-use super::frame::Frame;
 use super::prefetch::{prefetch, prefetch_eight};
 use super::shuffle::corners;
+use super::sight::Sight;
 use super::state::State;
 use super::work::{Counts, Pass};
 
@@ -67,20 +67,18 @@ impl Eights<'_> {
 
 /// What it takes to prepare triangles for a tile.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Setup {
+pub(super) struct Setup<'a> {
     tile: Tile,
     pub(super) steps: Steps,
-    pub(super) frame: Frame,
-    light: [f32; 3],
+    pub(super) sight: &'a Sight,
 }
 
-impl Setup {
-    pub(super) fn new(pass: &Pass<'_>, tile: usize) -> Setup {
-        let frame = Frame::of(pass.tiles.face[tile] as usize);
-        let light = frame.turn(pass.light);
+impl<'a> Setup<'a> {
+    pub(super) fn new(pass: &Pass<'a>, tile: usize) -> Setup<'a> {
+        let sight = &pass.tiles.sights.faces[pass.tiles.face[tile] as usize];
         // Bounds in the list are in steps of the tile whose list it is.
         let steps = pass.tiles.steps[pass.tiles.list[tile] as usize];
-        Setup { tile: Tile::new(light, pass.tiles.region[tile]), steps, frame, light }
+        Setup { tile: Tile::new(sight.aim, pass.tiles.region[tile]), steps, sight }
     }
 }
 
@@ -101,7 +99,7 @@ impl Prepared {
         let at = |id: u32| &triangles[id as usize];
         let mut corner = corners(s, [at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)]);
         for corner in &mut corner {
-            *corner = setup.frame.turn_eight(*corner);
+            *corner = setup.sight.frame.turn_eight(*corner);
         }
         self.live = self.block.look(s, corner, self.live, &setup.tile);
     }
@@ -112,7 +110,7 @@ impl Prepared {
         &mut self,
         s: S,
         triangles: &[Triangle],
-        setup: &Setup,
+        setup: &Setup<'_>,
         counts: &mut Counts,
     ) -> bool {
         s.vectorize(
@@ -126,7 +124,8 @@ impl Prepared {
                     let lane = edge_on.trailing_zeros() as usize;
                     edge_on &= edge_on - 1;
                     let triangle = &triangles[self.ids[lane] as usize];
-                    match exact::facing(&triangle.map(|p| setup.frame.turn(p)), setup.light) {
+                    match exact::facing(&triangle.map(|p| setup.sight.frame.turn(p)), setup.sight.aim.light())
+                    {
                         0 => self.live &= !(1 << lane),
                         1 => {}
                         _ => self.block.flip(lane),
@@ -169,7 +168,7 @@ impl Chunk {
         &mut self,
         s: S,
         pass: &Pass<'_>,
-        setup: &Setup,
+        setup: &Setup<'_>,
         eights: &Eights<'_>,
         next: &mut usize,
         at_once: usize,
@@ -237,7 +236,7 @@ impl Chunk {
         &mut self,
         s: S,
         pass: &Pass<'_>,
-        setup: &Setup,
+        setup: &Setup<'_>,
         blocks: u8,
         counts: &mut Counts,
     ) {

@@ -9,9 +9,9 @@ use antumbra_predicates::vector::{abs, cross, cross_abs, dot, max3, scale, splat
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::bin::{Counts, Entry};
-use super::frame::Frame;
 use super::grid::{NODE, Node, Tiles};
 use super::lists::Lists;
+use super::sight::Sight;
 
 /// A triangle in the frame of a face: bounds of its directions and the four tests, as in
 /// [`antumbra_predicates::tile::TileBlock`], one triangle instead of eight: all lanes are the same.
@@ -19,6 +19,7 @@ use super::lists::Lists;
 pub(super) struct Caster<S: Simd> {
     /// Least x, largest x, least y, largest y, largest r.
     bounds: [f32x8<S>; 5],
+    /// Normals; their third coordinate as the aim has it.
     m: [[f32x8<S>; 3]; 4],
     margin: [f32x8<S>; 4],
     det: f32x8<S>,
@@ -28,12 +29,13 @@ pub(super) struct Caster<S: Simd> {
 }
 
 impl<S: Simd> Caster<S> {
+    /// `FAR` may be false if the aim is straight: less work.
     #[inline(always)]
-    pub(super) fn new(s: S, triangle: &Triangle, light: [f32; 3], face: usize) -> Caster<S> {
-        let frame = Frame::of(face);
+    pub(super) fn new<const FAR: bool>(s: S, triangle: &Triangle, sight: &Sight) -> Caster<S> {
+        let Sight { frame, aim, depth, weight, .. } = sight;
         let [a, b, c] = triangle;
         let raw = [splat3(s, frame.turn(*a)), splat3(s, frame.turn(*b)), splat3(s, frame.turn(*c))];
-        let l = splat3(s, frame.turn(light));
+        let l = splat3(s, aim.light());
         let rel = [sub(raw[0], l), sub(raw[1], l), sub(raw[2], l)];
         let edge = [sub(raw[1], raw[0]), sub(raw[2], raw[1]), sub(raw[0], raw[2])];
         let rel_abs = [abs(rel[0]), abs(rel[1]), abs(rel[2])];
@@ -46,12 +48,18 @@ impl<S: Simd> Caster<S> {
         let det_bound = kappa.mul_add(dot(n_mag, rel_abs[0]), tiny);
         let sign = if det[0] < 0.0 { -1.0 } else { 1.0 };
         let mut m = [cross(rel[0], edge[0]), cross(rel[1], edge[1]), cross(rel[2], edge[2]), n];
-        let mags = [
+        let mut mags = [
             cross_abs(rel_abs[0], edge_abs[0], tiny),
             cross_abs(rel_abs[1], edge_abs[1], tiny),
             cross_abs(rel_abs[2], edge_abs[2], tiny),
             n_mag,
         ];
+        if FAR {
+            for k in 0..4 {
+                (m[k][2], mags[k][2]) = aim.constant(s, &raw, &edge, k);
+                mags[k] = [mags[k][0] * weight[0], mags[k][1] * weight[1], mags[k][2]];
+            }
+        }
         let mut margin = [zero; 4];
         for k in 0..4 {
             m[k] = scale(m[k], f32x8::splat(s, sign));
@@ -59,7 +67,7 @@ impl<S: Simd> Caster<S> {
         }
         let infinity = f32x8::splat(s, f32::INFINITY);
         let open = [-infinity, infinity, -infinity, infinity, infinity];
-        let bounds = if tame { seen_bounds(s, &rel) } else { open };
+        let bounds = if tame { seen_bounds::<S, FAR>(s, aim, *depth, &raw) } else { open };
         Caster {
             bounds,
             m,

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8};
 pub(super) const FACES: usize = 6;
 
 /// The frame of a face: world axes of u, v and w, and the sign that makes w point away from the light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Frame {
     pub(super) axis: [usize; 3],
     pub(super) sign: f32,

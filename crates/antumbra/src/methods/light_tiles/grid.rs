@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::boxes::Steps;
 use super::frame::FACES;
 use super::layout::BLOCK;
+use super::sight::Sights;
 use super::tuning::{
     CROWDED, DEPTH, EVERY, FAR, FEW_CELLS, LEAST_POINTS, LEVELS, SHARE_BLOCKS, SHARES, SPARE, SPARE_CROWDED,
     TILE_POINTS, TILE_POINTS_LEAST, TILE_POINTS_MOST, TILES, TILES_LEAST, TILES_MOST,
@@ -32,6 +33,11 @@ pub(super) const NOTHING: u32 = u32::MAX;
 pub(super) struct Point {
     pub(super) face: u32,
     pub(super) at: [f32; 2],
+}
+
+impl Point {
+    /// No sample.
+    pub(super) const NONE: Point = Point { face: NOTHING, at: [0.0; 2] };
 }
 
 fn of_face(points: &[Point], face: usize) -> impl Iterator<Item = [f32; 2]> {
@@ -276,6 +282,7 @@ impl Node {
 /// All grids, tiles and nodes of a frame.
 #[derive(Debug, Default)]
 pub(super) struct Tiles {
+    pub(super) sights: Sights,
     /// The six faces, then crowded cells.
     pub(super) grids: Vec<Grid>,
     used: usize,
@@ -582,11 +589,12 @@ impl Tiles {
             }
             node.count = kept;
         }
-        for grid in &mut self.grids[..FACES] {
+        for (grid, sight) in self.grids[..FACES].iter_mut().zip(&mut self.sights.faces) {
             if grid.root == NOTHING {
                 continue;
             }
             let region = self.nodes[(grid.root & !NODE) as usize].region;
+            sight.bound(&region);
             if region.lo[0] > region.hi[0] {
                 grid.root = NOTHING;
             }

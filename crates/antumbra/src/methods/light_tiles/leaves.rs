@@ -5,15 +5,16 @@
 
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::tile::{NEAREST, Region};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, f32x8, mask32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8, mask32x8, u32x8};
 
 use super::frame::{FACES, Frame, face_of};
 use super::grid::{NOTHING, Point, Tiles};
-use super::layout::{BLOCK, HALF, Layout, is_background};
+use super::layout::{BLOCK, HALF, Layout, Rows, is_background};
 use super::leaf::{Leaf, Loose};
 use super::lists::Lists;
 use super::prefetch::prefetch;
 use super::shuffle::{columns, least_of_halves};
+use super::sight::{Sight, Sights, within};
 use super::tuning::{ALONE, BLOCK_LEAVES, LEAST_PART};
 use crate::mask::{LIT, NONE};
 
@@ -63,12 +64,13 @@ pub(super) fn look(
     layout: &Layout,
     positions: &[[f32; 3]],
     light: [f32; 3],
+    sights: &Sights,
     row: usize,
     points: &mut [Point],
 ) -> ([Region; FACES], [usize; FACES]) {
     let (mut bounds, mut counts) = ([Region::EMPTY; FACES], [0; FACES]);
     for (column, point) in points.iter_mut().enumerate() {
-        *point = Point { face: NOTHING, at: [0.0; 2] };
+        *point = Point::NONE;
         let (start, line) = layout.corner(row * layout.columns + column);
         // One of a row in the middle, now here, now there: what alternates from pixel to pixel must not hide. Others of the row if there
         // is none. Points only say where tiles should be small.
@@ -80,7 +82,11 @@ pub(super) fn look(
             let Some(&p) = positions.get(start + i).filter(|p| !p.iter().any(|v| v.is_nan())) else {
                 continue;
             };
-            let Some((face, at)) = direction(p, light) else { continue };
+            let Some((face, mut at)) = direction(p, light) else { continue };
+            if sights.any_far {
+                let Sight { frame, aim, .. } = &sights.faces[face];
+                at = aim.seen(frame.turn(p));
+            }
             *point = Point { face: face as u32, at: [at[0], at[1]] };
             bounds[face] = bounds[face].union(&Region { lo: at, hi: at });
             counts[face] += 1;
@@ -127,7 +133,7 @@ pub(super) fn gather<S: Simd>(s: S, pass: &Pass<'_>, row: usize, mask: &mut [u8]
         }
         let q = from_light(pass, layout.load_rows(s, pass.positions, block, rows));
         if !out.all_alone(block)
-            && let Some((face, sides)) = whole_block(s, &q)
+            && let Some((face, sides)) = whole_block(s, pass, block, rows, &q)
         {
             batch.push(block, face, sides);
             if batch.len == BATCH || out.alone >= ALONE {
@@ -206,20 +212,52 @@ fn from_light<S: Simd>(pass: &Pass<'_>, p: [[f32x8<S>; 4]; 3]) -> [[f32x8<S>; 4]
 
 /// Face and packed bounds of a block all of whose samples exist and lie in one face.
 #[inline(always)]
-fn whole_block<S: Simd>(s: S, q: &[[f32x8<S>; 4]; 3]) -> Option<(usize, f32x8<S>)> {
+fn whole_block<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    block: usize,
+    rows: Option<Rows<'_>>,
+    q: &[[f32x8<S>; 4]; 3],
+) -> Option<(usize, f32x8<S>)> {
     // Blocks at the border of the background hold NaN.
     let x = (q[0][0] + q[0][1]) + (q[0][2] + q[0][3]);
     if x.simd_eq(x).to_bitmask() != 0xff {
         return None;
     }
     let face = face_of([q[0][0][0], q[1][0][0], q[2][0][0]]);
+    if pass.tiles.sights.any_far {
+        let p = pass.layout.load_rows(s, pass.positions, block, rows);
+        return Some((face, whole_far(s, &pass.tiles.sights.faces[face], p, q)?));
+    }
     let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     let sides = match face / 2 {
-        0 => whole(s, sign, [&q[1], &q[2], &q[0]]),
-        1 => whole(s, sign, [&q[0], &q[2], &q[1]]),
-        _ => whole(s, sign, [&q[0], &q[1], &q[2]]),
+        0 => whole(s, sign, &WITHIN, [&q[1], &q[2], &q[0]]),
+        1 => whole(s, sign, &WITHIN, [&q[0], &q[2], &q[1]]),
+        _ => whole(s, sign, &WITHIN, [&q[0], &q[1], &q[2]]),
     };
     Some((face, sides?))
+}
+
+/// Packed bounds of [`whole`] are larger: directions a few ulp within the face, nearness of lengths that f32 can hold.
+const WITHIN: [f32; 8] = within([0.0; 2], 4.0 * f32::EPSILON);
+
+/// As [`whole`] in a face that measures from a point among the samples, which are read once more.
+#[inline(always)]
+fn whole_far<S: Simd>(
+    s: S,
+    sight: &Sight,
+    p: [[f32x8<S>; 4]; 3],
+    q: &[[f32x8<S>; 4]; 3],
+) -> Option<f32x8<S>> {
+    let (anchor, slope) = (sight.aim.anchor(), sight.aim.slope());
+    let ([mut u, mut v, w], [.., from_light]) = (sight.frame.turn_all(p), sight.frame.turn_all(*q));
+    // The same numbers as those of `directions`.
+    for i in 0..4 {
+        let from = w[i] - anchor[2];
+        u[i] = from.mul_add(-slope[0], u[i] - anchor[0]);
+        v[i] = from.mul_add(-slope[1], v[i] - anchor[1]);
+    }
+    whole(s, 1.0, &sight.within, [&u, &v, &from_light])
 }
 
 #[inline(always)]
@@ -237,7 +275,7 @@ fn shallow<S: Simd>(sides: f32x8<S>, band: f32) -> bool {
 /// Packed bounds of a block's samples, from the light: u, v, w of a face, w without its sign. `None` unless all lie within the face
 /// with room to spare (only then what is rounded here cannot matter).
 #[inline(always)]
-fn whole<S: Simd>(s: S, sign: f32, [u, v, w]: [&[f32x8<S>; 4]; 3]) -> Option<f32x8<S>> {
+fn whole<S: Simd>(s: S, sign: f32, border: &[f32; 8], [u, v, w]: [&[f32x8<S>; 4]; 3]) -> Option<f32x8<S>> {
     let sign = f32x8::splat(s, sign);
     let mut r = [sign; 4];
     let (mut x, mut y) = (r, r);
@@ -249,15 +287,9 @@ fn whole<S: Simd>(s: S, sign: f32, [u, v, w]: [&[f32x8<S>; 4]; 3]) -> Option<f32
     let sides = pack(s, [least(&x), least(&y), least(&r)], [most(&x), most(&y), most(&r)]);
     // A minimum may forget a NaN, a sum does not: NaN in w is NaN in r, x and y.
     let sum = ((x[0] + y[0]) + (x[1] + y[1])) + ((x[2] + y[2]) + (x[3] + y[3]));
-    let within = sides.simd_gt(f32x8::load_array(s, WITHIN)) & sum.simd_eq(sum);
+    let within = sides.simd_gt(f32x8::load_array_ref(s, border)) & sum.simd_eq(sum);
     (within.to_bitmask() == 0xff).then_some(sides)
 }
-
-/// Packed bounds of [`whole`] are larger: directions a few ulp within the face, nearness of lengths that f32 can hold.
-const WITHIN: [f32; 8] = {
-    let edge = -1.0 + 4.0 * f32::EPSILON;
-    [edge, edge, 1.0 / LIMIT, f32::NEG_INFINITY, edge, edge, -1.0 / NEAREST, f32::NEG_INFINITY]
-};
 
 /// A block that is not one leaf: each half is, or is parted. Returns which samples exist.
 #[inline(never)]
@@ -338,7 +370,12 @@ fn part_face<S: Simd>(
     turned: [[f32x8<S>; 2]; 3],
     out: &mut Gathered,
 ) {
-    let mut c = seen(s, turned);
+    let sight = &pass.tiles.sights.faces[face];
+    let mut c = if sight.aim.is_straight() {
+        straight(s, turned)
+    } else {
+        directions(s, sight, &pass.layout.load_half(s, pass.positions, block, half))
+    };
     if mask != 0xffff {
         repeat(s, &mut c, mask);
     }
@@ -440,29 +477,27 @@ pub(super) fn bounds<S: Simd>(s: S, c: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
 
 /// Packed bounds of sixteen samples that are known to have a direction within a face.
 #[inline(always)]
-pub(super) fn bounds_of<S: Simd>(s: S, face: usize, light: [f32; 3], p: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
-    bounds(s, &directions(s, Frame::of(face), light, p))
+pub(super) fn bounds_of<S: Simd>(s: S, sight: &Sight, p: &[[f32x8<S>; 2]; 3]) -> f32x8<S> {
+    bounds(s, &directions(s, sight, p))
 }
 
 /// x, y, r of such samples.
 #[inline(always)]
-pub(super) fn directions<S: Simd>(
-    s: S,
-    frame: Frame,
-    l: [f32; 3],
-    p: &[[f32x8<S>; 2]; 3],
-) -> [[f32x8<S>; 2]; 3] {
-    let q = [
-        [p[0][0] - l[0], p[0][1] - l[0]],
-        [p[1][0] - l[1], p[1][1] - l[1]],
-        [p[2][0] - l[2], p[2][1] - l[2]],
-    ];
-    seen(s, frame.turn_all(q))
+pub(super) fn directions<S: Simd>(s: S, sight: &Sight, p: &[[f32x8<S>; 2]; 3]) -> [[f32x8<S>; 2]; 3] {
+    let (light, anchor, [x, y]) = (sight.aim.light(), sight.aim.anchor(), sight.aim.slope());
+    let [u, v, w] = sight.frame.turn_all(*p);
+    let one = f32x8::splat(s, 1.0);
+    let r = [one / (w[0] - light[2]), one / (w[1] - light[2])];
+    // Without an anchor the slope is zero: no branch.
+    let from = [w[0] - anchor[2], w[1] - anchor[2]];
+    let u = [from[0].mul_add(-x, u[0] - anchor[0]), from[1].mul_add(-x, u[1] - anchor[0])];
+    let v = [from[0].mul_add(-y, v[0] - anchor[1]), from[1].mul_add(-y, v[1] - anchor[1])];
+    [[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r]
 }
 
-/// x, y, r of samples from the light, in the frame of a face.
+/// The same of samples from the light, in the frame of a face whose directions are measured from the axis.
 #[inline(always)]
-fn seen<S: Simd>(s: S, [u, v, w]: [[f32x8<S>; 2]; 3]) -> [[f32x8<S>; 2]; 3] {
+fn straight<S: Simd>(s: S, [u, v, w]: [[f32x8<S>; 2]; 3]) -> [[f32x8<S>; 2]; 3] {
     let one = f32x8::splat(s, 1.0);
     let r = [one / w[0], one / w[1]];
     [[u[0] * r[0], u[1] * r[1]], [v[0] * r[0], v[1] * r[1]], r]

@@ -4,6 +4,7 @@
 //! exactness needs.
 //!
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 to 12,000 samples each, fewer where samples are few.
+//!    [`sight`]: where a far light sees all samples in almost one direction, directions are measured from a point among them.
 //!    [`sparse`]: where few triangles are near many samples in no order, there is one tile for all.
 //! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles ([`leaf`]), with bounds of directions and nearness.
 //! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
@@ -30,6 +31,7 @@ mod order;
 mod pairs;
 mod prefetch;
 mod shuffle;
+mod sight;
 mod sparse;
 mod state;
 #[cfg(test)]
@@ -46,8 +48,9 @@ use fearless_simd::dispatch;
 use rayon::prelude::*;
 
 use self::frame::FACES;
-use self::grid::{NOTHING, Point, Tiles};
+use self::grid::{Point, Tiles};
 use self::layout::{BLOCK, Layout};
+use self::sight::Sights;
 use self::sparse::Crowds;
 use self::tuning::{EVERY, WIDE};
 use super::{DebugView, Method, Options, RayCast, Samples, Stats, StatsBuilder, check_input, simd_level};
@@ -213,13 +216,15 @@ impl LightTiles {
         mask: &mut [u8],
     ) -> ([f32; FACES], usize) {
         let columns = layout.columns;
-        self.points.resize(columns * layout.rows.div_ceil(EVERY), Point { face: NOTHING, at: [0.0; 2] });
+        self.points.resize(columns * layout.rows.div_ceil(EVERY), Point::NONE);
+        self.tiles.sights = Sights::new(light, positions);
+        let sights = &self.tiles.sights;
         let empty = ([Region::EMPTY; FACES], [0; FACES]);
         let (bounds, counts) = self
             .points
             .par_chunks_mut(columns.max(1))
             .enumerate()
-            .map(|(row, points)| leaves::look(layout, positions, light, EVERY * row, points))
+            .map(|(row, points)| leaves::look(layout, positions, light, sights, EVERY * row, points))
             .reduce(
                 || empty,
                 |(a, m), (b, n)| {
@@ -227,8 +232,11 @@ impl LightTiles {
                 },
             );
         let Self { tiles, points, crowds, .. } = self;
+        for (sight, bounds) in tiles.sights.faces.iter_mut().zip(&bounds) {
+            sight.bound(bounds);
+        }
         tiles.count(points, &bounds, &counts, triangles.len(), margin);
-        crowds.find(isa, tiles, points, columns, &bounds, triangles, light);
+        crowds.find(isa, tiles, points, columns, &bounds, triangles);
         // Choosing is serial; who has nothing to do does something useful meanwhile, and stays awake.
         let chosen = AtomicBool::new(false);
         let choose = || {

@@ -4,10 +4,10 @@ use antumbra_predicates::tile::Region;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
 
 use super::bin::{Eight, Entry, LARGE};
-use super::frame::Frame;
 use super::grid::{MAGIC, PLACES, Tiles};
 use super::layout::HALF;
 use super::leaves::directions;
+use super::sight::Sight;
 
 /// Keys of samples and leaves within a tile. Depth first: what mixes near and far is tested most.
 #[derive(Clone, Copy, Debug)]
@@ -30,14 +30,8 @@ impl LeafPlace {
 
     /// Two bits of depth over four bits each of a curve through the directions, of sixteen samples.
     #[inline(always)]
-    pub(super) fn sixteen<S: Simd>(
-        &self,
-        s: S,
-        face: usize,
-        light: [f32; 3],
-        p: &[[f32x8<S>; 2]; 3],
-    ) -> [u32; HALF] {
-        let [x, y, r] = directions(s, Frame::of(face), light, p);
+    pub(super) fn sixteen<S: Simd>(&self, s: S, sight: &Sight, p: &[[f32x8<S>; 2]; 3]) -> [u32; HALF] {
+        let [x, y, r] = directions(s, sight, p);
         let mut keys = [0; HALF];
         for h in 0..2 {
             let (x, y, r) = (self.step(0, x[h], 15.0), self.step(1, y[h], 15.0), self.step(2, r[h], 3.0));

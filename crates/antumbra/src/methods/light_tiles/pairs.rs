@@ -53,7 +53,7 @@ impl Default for Memory {
 pub(super) fn test<S: Simd, const IS_DENSE: bool>(
     s: S,
     pass: &Pass<'_>,
-    setup: &Setup,
+    setup: &Setup<'_>,
     chunk: &mut Chunk,
     range: std::ops::Range<usize>,
     state: &mut State,
@@ -105,7 +105,7 @@ pub(super) fn test<S: Simd, const IS_DENSE: bool>(
         pair_count += maybe.count_ones() as usize;
     }
     let pairs = &pairs[..pair_count];
-    let found = Found { chunk, within, points, first, frame: setup.frame };
+    let found = Found { chunk, within, points, first, frame: setup.sight.frame };
     if IS_DENSE {
         test_left(s, found, pairs, &seen[range], left, alive, open, counts);
     } else {

@@ -10,10 +10,11 @@ use rayon::prelude::*;
 
 use super::bin::SeenEight;
 use super::descend::Caster;
-use super::frame::{FACES, Frame};
+use super::frame::FACES;
 use super::grid::{NOTHING, Node, Point, Tiles};
 use super::prefetch::prefetch_eight;
 use super::shuffle::corners;
+use super::sight::Sight;
 use super::tuning::{FEW_NEAR, LOOKED_AT, NEAR_EVERY, TRIANGLES};
 use crate::Isa;
 use crate::methods::simd_level;
@@ -61,7 +62,6 @@ impl Crowds {
         columns: usize,
         bounds: &[Region; FACES],
         triangles: &[Triangle],
-        light: [f32; 3],
     ) {
         self.0.iter_mut().for_each(Vec::clear);
         if tiles.crowded_part() > LOOKED_AT {
@@ -73,7 +73,7 @@ impl Crowds {
                 }
             }
         }
-        let crowds = &self.0;
+        let (crowds, sights) = (&self.0, &tiles.sights.faces);
         if crowds.iter().all(Vec::is_empty) {
             return;
         }
@@ -81,7 +81,7 @@ impl Crowds {
         let level = simd_level(isa);
         triangles.par_chunks(TRIANGLES).for_each(|triangles| {
             if crowds.iter().flatten().any(Crowd::has_few) {
-                dispatch!(level, s => scan(s, triangles, light, crowds, &nodes));
+                dispatch!(level, s => scan(s, triangles, sights, crowds, &nodes));
             }
         });
         for (grid, crowds) in tiles.grids.iter_mut().zip(crowds) {
@@ -144,7 +144,7 @@ fn pick(group: usize) -> usize {
 fn scan<S: Simd>(
     s: S,
     triangles: &[Triangle],
-    light: [f32; 3],
+    sights: &[Sight; FACES],
     crowds: &[Vec<Crowd>; FACES],
     nodes: &[Node; FACES],
 ) {
@@ -154,16 +154,14 @@ fn scan<S: Simd>(
         let eight = &group[pick(i).min(group.len().saturating_sub(8))..];
         let eight = &eight[..eight.len().min(8)];
         let at = |i: usize| &eight[i.min(eight.len() - 1)];
-        let mut rel = corners(s, [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
-        for v in &mut rel {
-            *v = [v[0] - light[0], v[1] - light[1], v[2] - light[2]];
-        }
+        let world = corners(s, [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
         for (face, crowds) in crowds.iter().enumerate().filter(|(_, crowds)| !crowds.is_empty()) {
-            let frame = Frame::of(face);
-            let turned = [frame.turn_eight(rel[0]), frame.turn_eight(rel[1]), frame.turn_eight(rel[2])];
+            let Sight { frame, aim, depth, .. } = &sights[face];
+            let turned = [frame.turn_eight(world[0]), frame.turn_eight(world[1]), frame.turn_eight(world[2])];
             // What is behind the light in this direction has open bounds.
-            let ahead = turned[0][2].max(turned[1][2]).max(turned[2][2]).simd_gt(0.0).to_bitmask() as u32;
-            let [x_lo, x_hi, y_lo, y_hi, r_hi] = seen_bounds(s, &turned);
+            let farthest = turned[0][2].max(turned[1][2]).max(turned[2][2]);
+            let ahead = farthest.simd_gt(aim.light()[2]).to_bitmask() as u32;
+            let [x_lo, x_hi, y_lo, y_hi, r_hi] = seen_bounds::<S, true>(s, aim, *depth, &turned);
             let seen = SeenEight { x: [x_lo, x_hi], y: [y_lo, y_hi], r: r_hi };
             let mut near = 0;
             for crowd in crowds {
@@ -173,7 +171,7 @@ fn scan<S: Simd>(
             while near != 0 {
                 let i = near.trailing_zeros() as usize;
                 near &= near - 1;
-                count(s, &eight[i], light, face, crowds, &nodes[face]);
+                count(s, &eight[i], &sights[face], crowds, &nodes[face]);
             }
         }
     }
@@ -181,11 +179,11 @@ fn scan<S: Simd>(
 
 /// Holds a triangle against the crowds of a face with all four tests.
 #[inline(never)]
-fn count<S: Simd>(s: S, triangle: &Triangle, light: [f32; 3], face: usize, crowds: &[Crowd], node: &Node) {
+fn count<S: Simd>(s: S, triangle: &Triangle, sight: &Sight, crowds: &[Crowd], node: &Node) {
     s.vectorize(
         #[inline(always)]
         || {
-            let caster = Caster::new(s, triangle, light, face);
+            let caster = Caster::new::<true>(s, triangle, sight);
             for (first, crowds) in crowds.chunks(8).enumerate() {
                 let (maybe, _) = caster.against(s, node, 8 * first);
                 for (i, crowd) in crowds.iter().enumerate() {

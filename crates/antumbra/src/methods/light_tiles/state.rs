@@ -43,7 +43,7 @@ pub(super) struct State {
 impl State {
     /// Nothing is known yet.
     #[inline(always)]
-    pub(super) fn start<S: Simd>(&mut self, s: S, setup: &Setup, leaves: &[Leaf]) {
+    pub(super) fn start<S: Simd>(&mut self, s: S, setup: &Setup<'_>, leaves: &[Leaf]) {
         self.make_room(leaves.len());
         for (i, leaf) in leaves.iter().enumerate() {
             self.push(s, setup, i, leaf, leaf.sides(s));
@@ -58,7 +58,7 @@ impl State {
         &mut self,
         s: S,
         pass: &Pass<'_>,
-        setup: &Setup,
+        setup: &Setup<'_>,
         leaves: &[Leaf],
         loose: &[Loose],
     ) {
@@ -70,7 +70,7 @@ impl State {
         for (i, leaf) in leaves.iter().enumerate() {
             ask_for(pass, leaves.get(i + 2 * AHEAD));
             let points = load_half(s, pass, leaf, loose);
-            let c = directions(s, setup.frame, pass.light, &points);
+            let c = directions(s, setup.sight, &points);
             for k in 0..3 {
                 s.combine_f32x8(points[k][0], points[k][1]).store_array(&mut self.points[i][k][0]);
             }
@@ -96,7 +96,7 @@ impl State {
     }
 
     #[inline(always)]
-    fn push<S: Simd>(&mut self, s: S, setup: &Setup, i: usize, leaf: &Leaf, sides: f32x8<S>) {
+    fn push<S: Simd>(&mut self, s: S, setup: &Setup<'_>, i: usize, leaf: &Leaf, sides: f32x8<S>) {
         self.boxes[i / LEAVES].set(s, i % LEAVES, sides, &setup.steps);
         self.parts.push(Part::new(s, sides));
         self.alive.push(leaf.mask() >> shift(leaf));

@@ -316,6 +316,52 @@ fn a_tile_that_cannot_be_parted_takes_turns() {
     assert!(2 * blocks > tuning::MOST_LEAVES);
 }
 
+/// What differences of directions would lose in f32: as the light goes away, work must not grow, and nothing be missed, whatever face, edge or corner of
+/// the cube the scene is seen through.
+#[test]
+fn a_far_light_sees_as_finely_as_a_near_one() {
+    let (mut triangles, positions, _, _) = case("forest?size=3000", [96, 64]);
+    let ball =
+        triangles.as_flattened().iter().fold(Region::EMPTY, |b, p| b.union(&Region { lo: *p, hi: *p }));
+    let middle = [0, 1, 2].map(|k| 0.5 * (ball.lo[k] + ball.hi[k]));
+    let size = (0..3).map(|k| ball.hi[k] - ball.lo[k]).fold(0.0, f32::max);
+    // Neighbours in the list are no neighbours in space: eights see through several faces.
+    let stride = 1009;
+    triangles = (0..triangles.len()).map(|i| triangles[i * stride % triangles.len()]).collect();
+    let count = triangles.len();
+    for direction in
+        [[0.1, 0.9, 0.2], [-0.7, 0.7, 0.05], [0.58, 0.57, -0.58], [-0.3, 0.8, 0.5], [0.5, 0.4, -0.75]]
+    {
+        let mut work = Vec::new();
+        for sizes in [16.0, 100.0, 1e4, 1e6] {
+            let light = [0, 1, 2].map(|k| middle[k] + direction[k] * sizes * size);
+            // Some near the light, large as seen from it or not.
+            triangles.truncate(count);
+            for k in 0..24 {
+                let at = |t: f32, by: f32| {
+                    [0, 1, 2].map(|i| light[i] + t * (middle[i] - light[i]) + by * size * [0.3, -0.2, 0.4][i])
+                };
+                let t = [0.999, 0.9, 0.3, 1e-3][k % 4];
+                let by = (k as f32 - 12.0) * 0.03;
+                triangles.push([at(t, by), at(t, by + 0.01 * t), at(t * 1.001, by + 0.02)]);
+            }
+            let expected = oracle(&triangles, &positions, light);
+            for isa in Isa::available() {
+                let mut method = LightTiles::new(&Options { isa, ..Options::default() });
+                let mut mask = vec![7; positions.len()];
+                let stats =
+                    method.shadow(&triangles, Samples::image(&positions, 96), light, &mut mask).unwrap();
+                let wrong = (0..mask.len()).filter(|&i| mask[i] != expected[i]).count();
+                assert_eq!(wrong, 0, "{direction:?}, {sizes} sizes, {isa:?}");
+                if isa == Isa::Auto.resolved() {
+                    work.push(counter(&stats, "leaf_tests") + counter(&stats, "pairs"));
+                }
+            }
+        }
+        assert!(work[1] < work[0] * 5 / 4 && work[2] < work[0] * 3 / 2, "{direction:?}: {work:?}");
+    }
+}
+
 #[test]
 fn samples_at_the_light_and_far_beyond_are_answered() {
     let triangles = [[[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [0.0, 1.0, 1.0]]];

@@ -288,7 +288,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
     let Scratch { leaves, loose, mixed_loose, keys, .. } = scratch;
     leaves.clear();
     mixed_loose.clear();
-    let face = pass.tiles.face[tile] as usize;
+    let sight = &pass.tiles.sights.faces[pass.tiles.face[tile] as usize];
     let place = LeafPlace::new(&pass.tiles.region[tile]);
     let mut blocks = 0;
     for worker in pass.gathered {
@@ -332,7 +332,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
         keys.clear();
         for sixteen in mixed_loose.chunks(HALF) {
             let p = load_loose(s, sixteen);
-            let found = place.sixteen(s, face, pass.light, &p);
+            let found = place.sixteen(s, sight, &p);
             keys.extend_from_slice(&found);
         }
         counting_sort::<_, _, 1024>(mixed_loose, loose, |i| keys[i], |l| *l);
@@ -340,7 +340,7 @@ fn collect<S: Simd>(s: S, pass: &Pass<'_>, tile: usize, sort: bool, scratch: &mu
         std::mem::swap(loose, mixed_loose);
     }
     for (i, sixteen) in loose.chunks(HALF).enumerate() {
-        let sides = bounds_of(s, face, pass.light, &load_loose(s, sixteen));
+        let sides = bounds_of(s, sight, &load_loose(s, sixteen));
         let mask = LOW >> (HALF - sixteen.len());
         leaves.push(Leaf::new(s, sides, LOOSE | (i * HALF) as u32, mask));
     }
