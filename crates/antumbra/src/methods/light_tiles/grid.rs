@@ -9,7 +9,7 @@
 
 use antumbra_predicates::tile::Region;
 
-use fearless_simd::{Bytes, Select, Simd, SimdBase, f32x8, u32x8};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdMask, f32x8, u32x8};
 use rayon::prelude::*;
 
 use super::boxes::Steps;
@@ -161,8 +161,10 @@ pub(super) struct Grid {
     points: Vec<[f32; 2]>,
     /// Of a face: points in crowded cells.
     pub(super) crowded_points: u32,
-    /// Crowded cells (column and row) that few triangles are near, or the whole face: tiles as they are.
+    /// Squares of crowded cells (column and row) that few triangles are near, or the whole face: tiles as they are.
     pub(super) sparse: Vec<Option<[u32; 2]>>,
+    /// Such a square is 2 to this many cells wide.
+    pub(super) sparse_shift: u32,
 }
 
 /// A crowded cell: the grid that it holds, and where its root goes.
@@ -196,6 +198,7 @@ impl Grid {
         self.cells.resize(side * side, NOTHING);
         self.crowds = NOWHERE;
         self.sparse.clear();
+        self.sparse_shift = 0;
         let finest = &mut self.counts[levels as usize];
         finest.clear();
         finest.resize(side * side, 0);
@@ -230,11 +233,34 @@ impl Grid {
         self.counts[0][0]
     }
 
-    /// The cell of a point, if it is crowded: `limit` is what a tile may have.
-    pub(super) fn crowded_cell(&self, [x, y]: [f32; 2], limit: u32) -> Option<[u32; 2]> {
-        let [x, y] = [self.fit.cell(0, x), self.fit.cell(1, y)];
-        let finest = &self.counts[self.levels as usize];
-        (finest[(y << self.levels | x) as usize] > CROWDED * limit).then_some([x, y])
+    /// Squares that hold all crowded cells, and how many cells they are wide (by powers of two): the smallest of which there are `most` or fewer, and
+    /// larger ones as long as neighbours become one. `limit` is what a tile may have.
+    pub(super) fn crowded_squares(
+        &self,
+        limit: u32,
+        most: usize,
+        squares: &mut Vec<[u32; 2]>,
+        larger: &mut Vec<[u32; 2]>,
+    ) -> u32 {
+        let cells = self.counts[self.levels as usize].iter().enumerate();
+        let crowded = cells.filter(|(_, points)| **points > CROWDED * limit);
+        squares.clear();
+        squares.extend(
+            crowded.map(|(cell, _)| [cell & ((1 << self.levels) - 1), cell >> self.levels].map(|c| c as u32)),
+        );
+        let mut shift = 0;
+        loop {
+            larger.clear();
+            larger.extend(squares.iter().map(|square| square.map(|c| c >> 1)));
+            larger.sort_unstable();
+            larger.dedup();
+            // Without any, there are no fewer.
+            if squares.len() <= most && 4 * larger.len() >= 3 * squares.len() {
+                return shift;
+            }
+            std::mem::swap(squares, larger);
+            shift += 1;
+        }
     }
 
     /// Whether two directions are so far apart that few samples between them would fill a tile.
@@ -425,6 +451,32 @@ impl Tiles {
         inside.then_some(at)
     }
 
+    /// Which of 32 directions are in the cells of a tile that is no part of a crowded cell; bits.
+    #[inline(always)]
+    pub(super) fn same_cells<S: Simd>(
+        &self,
+        s: S,
+        face: usize,
+        tile: u32,
+        x: &[f32x8<S>; 4],
+        y: &[f32x8<S>; 4],
+    ) -> u32 {
+        let fit = &self.grids[face].fit;
+        let [first_x, last_x, first_y, last_y] = self.cells[tile as usize].map(u32::from);
+        let m = self.margin;
+        let (first_x, first_y) = (first_x.saturating_sub(m), first_y.saturating_sub(m));
+        let (last_x, last_y) = (last_x + m, last_y + m);
+        let mut found = 0;
+        for k in 0..4 {
+            let column = whole(s, (x[k] - fit.origin[0]) * fit.scale[0], fit.last);
+            let row = whole(s, (y[k] - fit.origin[1]) * fit.scale[1], fit.last);
+            let near =
+                column.simd_ge(first_x) & column.simd_le(last_x) & row.simd_ge(first_y) & row.simd_le(last_y);
+            found |= (near.to_bitmask() as u32) << (8 * k);
+        }
+        found
+    }
+
     /// As [`Tiles::find`], for eight directions.
     #[inline(always)]
     pub(super) fn find_eight<S: Simd>(&self, s: S, face: usize, x: f32x8<S>, y: f32x8<S>) -> u32x8<S> {
@@ -501,7 +553,7 @@ impl Tiles {
         // All points in one place: no grid parts them.
         let together = g.fit.scale == [0.0; 2];
         let whole = level == 0 && g.sparse.contains(&None);
-        let sparse = whole || (level == g.levels && g.sparse.contains(&Some([x, y])));
+        let sparse = whole || (level + g.sparse_shift == g.levels && g.sparse.contains(&Some([x, y])));
         if count > CROWDED * self.limit && level == g.levels && depth < DEPTH && !together && !sparse {
             let number = self.used;
             self.used += 1;

@@ -310,8 +310,12 @@ fn parts<S: Simd>(s: S, pass: &Pass<'_>, block: usize, q: &[[f32x8<S>; 4]; 3], o
             if mask | none != u32::MAX {
                 mask = exist(pass, block, out);
             }
+            let mut left = mask;
+            if pass.tiles.any_sparse {
+                left = sparse_parts(s, pass, block, mask, q, out);
+            }
             for half in 0..2 {
-                let mask = (mask >> (HALF * half)) as u16;
+                let mask = (left >> (HALF * half)) as u16;
                 if mask != 0 {
                     let i = 2 * half;
                     let q = [[q[0][i], q[0][i + 1]], [q[1][i], q[1][i + 1]], [q[2][i], q[2][i + 1]]];
@@ -321,6 +325,73 @@ fn parts<S: Simd>(s: S, pass: &Pass<'_>, block: usize, q: &[[f32x8<S>; 4]; 3], o
             mask
         },
     )
+}
+
+/// Samples of a block in tiles that few triangles are near: each tile takes its own, wherever they are in the block. Returns those that are left.
+#[inline(always)]
+fn sparse_parts<S: Simd>(
+    s: S,
+    pass: &Pass<'_>,
+    block: usize,
+    mask: u32,
+    q: &[[f32x8<S>; 4]; 3],
+    out: &mut Gathered,
+) -> u32 {
+    let (mut left, mut other) = (mask, 0);
+    for _ in 0..2 * BLOCK_LEAVES {
+        let open = left & !other;
+        if open == 0 {
+            break;
+        }
+        let i = open.trailing_zeros() as usize;
+        let face = face_of([q[0][i / 8][i % 8], q[1][i / 8][i % 8], q[2][i / 8][i % 8]]);
+        let sight = &pass.tiles.sights.faces[face];
+        let [u, v, w] = sight.frame.turn_all(*q);
+        let mut here = 0;
+        for k in 0..4 {
+            here |= (inside(u[k], v[k], w[k]).to_bitmask() as u32) << (8 * k);
+        }
+        here &= open;
+        if here >> i & 1 == 0 {
+            break;
+        }
+        let [low, high] = if sight.aim.is_straight() {
+            [
+                straight(s, [[u[0], u[1]], [v[0], v[1]], [w[0], w[1]]]),
+                straight(s, [[u[2], u[3]], [v[2], v[3]], [w[2], w[3]]]),
+            ]
+        } else {
+            [
+                directions(s, sight, &pass.layout.load_half(s, pass.positions, block, 0)),
+                directions(s, sight, &pass.layout.load_half(s, pass.positions, block, 1)),
+            ]
+        };
+        let mut x = [low[0][0], low[0][1], high[0][0], high[0][1]];
+        let mut y = [low[1][0], low[1][1], high[1][0], high[1][1]];
+        let mut r = [low[2][0], low[2][1], high[2][0], high[2][1]];
+        let tile = pass.tiles.find(face, x[i / 8][i % 8], y[i / 8][i % 8]);
+        if !pass.tiles.is_sparse(tile) {
+            other |= 1 << i;
+            continue;
+        }
+        let part = pass.tiles.same_cells(s, face, tile, &x, &y) & here;
+        if part.count_ones() < LEAST_PART {
+            other |= 1 << i;
+            continue;
+        }
+        let (fx, fy, fr) = (x[i / 8][i % 8], y[i / 8][i % 8], r[i / 8][i % 8]);
+        for k in 0..4 {
+            let keep = mask32x8::from_bitmask(s, u64::from(part >> (8 * k) & 0xff));
+            x[k] = keep.select(x[k], f32x8::splat(s, fx));
+            y[k] = keep.select(y[k], f32x8::splat(s, fy));
+            r[k] = keep.select(r[k], f32x8::splat(s, fr));
+        }
+        let sides = pack(s, [least(&x), least(&y), least(&r)], [most(&x), most(&y), most(&r)]);
+        out.alone = 0;
+        add(s, pass, out, tile, sides, block, part);
+        left &= !part;
+    }
+    left
 }
 
 /// Which samples lie in the face of the frame.

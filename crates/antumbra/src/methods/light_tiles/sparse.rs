@@ -1,5 +1,6 @@
 //! Samples in no order, as in shuffled lists and in clumps that alternate from pixel to pixel, go to their tiles one by one, which costs more than
-//! anything else. Where few triangles are near them, they need no small tiles: there, blocks are leaves as they are.
+//! anything else. Where few triangles are near them, they need no small tiles: there, blocks are leaves as they are, or as many as
+//! clumps alternate in them.
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 use super::bin::SeenEight;
 use super::descend::Caster;
 use super::frame::FACES;
-use super::grid::{NOTHING, Node, Point, Tiles};
+use super::grid::{Grid, NOTHING, Node, Point, Tiles};
 use super::prefetch::prefetch_eight;
 use super::shuffle::corners;
 use super::sight::Sight;
@@ -28,7 +29,7 @@ const AHEAD: usize = 4;
 /// Neighbours that are looked at, about.
 const PAIRS: usize = 4096;
 
-/// Many samples of one face: a crowded cell (column and row), or all.
+/// Many samples of one face: a square of crowded cells (column and row), or all.
 #[derive(Debug)]
 struct Crowd {
     cell: Option<[u32; 2]>,
@@ -49,7 +50,11 @@ impl Crowd {
 
 /// Crowds by face. Memory is kept.
 #[derive(Debug, Default)]
-pub(super) struct Crowds([Vec<Crowd>; FACES]);
+pub(super) struct Crowds {
+    of_face: [Vec<Crowd>; FACES],
+    squares: Vec<[u32; 2]>,
+    larger: Vec<[u32; 2]>,
+}
 
 impl Crowds {
     /// Finds crowded cells and faces that few triangles are near, and tells the grids. `points` have `columns` a row; `bounds` are those of the
@@ -63,17 +68,17 @@ impl Crowds {
         bounds: &[Region; FACES],
         triangles: &[Triangle],
     ) {
-        self.0.iter_mut().for_each(Vec::clear);
+        self.of_face.iter_mut().for_each(Vec::clear);
         if tiles.crowded_part() > LOOKED_AT {
             self.add_cells(tiles, points, bounds);
         } else if far_part(tiles, points, columns) > LOOKED_AT {
-            for (face, crowds) in self.0.iter_mut().enumerate() {
+            for (face, crowds) in self.of_face.iter_mut().enumerate() {
                 if tiles.grids[face].points_in_all() > tiles.most_points() {
                     crowds.push(Crowd::new(None, bounds[face]));
                 }
             }
         }
-        let (crowds, sights) = (&self.0, &tiles.sights.faces);
+        let (crowds, sights) = (&self.of_face, &tiles.sights.faces);
         if crowds.iter().all(Vec::is_empty) {
             return;
         }
@@ -89,19 +94,23 @@ impl Crowds {
         }
     }
 
-    /// Crowded cells, and the bounds of their points.
-    fn add_cells(&mut self, tiles: &Tiles, points: &[Point], bounds: &[Region; FACES]) {
+    /// Squares of crowded cells, and the bounds of their points.
+    fn add_cells(&mut self, tiles: &mut Tiles, points: &[Point], bounds: &[Region; FACES]) {
+        let limit = tiles.most_points();
+        let Crowds { of_face, squares, larger } = self;
+        for (grid, crowds) in tiles.grids.iter_mut().zip(&mut *of_face) {
+            grid.sparse_shift = grid.crowded_squares(limit, MOST, squares, larger);
+            crowds.extend(squares.iter().map(|square| Crowd::new(Some(*square), Region::EMPTY)));
+        }
         for point in points.iter().filter(|point| point.face != NOTHING) {
             let face = point.face as usize;
-            let Some(cell) = tiles.grids[face].crowded_cell(point.at, tiles.most_points()) else { continue };
-            let Region { lo: [.., farthest], hi: [.., nearest] } = bounds[face];
+            let Grid { fit, sparse_shift, .. } = &tiles.grids[face];
             let [x, y] = point.at;
-            let region = Region { lo: [x, y, farthest], hi: [x, y, nearest] };
-            let crowds = &mut self.0[face];
-            match crowds.iter().position(|crowd| crowd.cell == Some(cell)) {
-                Some(i) => crowds[i].region = crowds[i].region.union(&region),
-                None if crowds.len() < MOST => crowds.push(Crowd::new(Some(cell), region)),
-                None => {}
+            let square = [fit.cell(0, x), fit.cell(1, y)].map(|c| c >> sparse_shift);
+            if let Some(crowd) = of_face[face].iter_mut().find(|crowd| crowd.cell == Some(square)) {
+                let Region { lo: [.., farthest], hi: [.., nearest] } = bounds[face];
+                let region = Region { lo: [x, y, farthest], hi: [x, y, nearest] };
+                crowd.region = crowd.region.union(&region);
             }
         }
     }

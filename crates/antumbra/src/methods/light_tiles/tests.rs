@@ -190,19 +190,22 @@ fn large_triangles_among_small_neighbours_descend() {
     }
 }
 
+/// Corners of two clumps at different depths.
+const APART: [[f32; 3]; 2] = [[-4.0, 0.0, 1.0], [5.0, 1.0, -2.0]];
+
 /// Two clumps of 40,000 samples, 1e-4 rad wide as the light sees them, that alternate from pixel to pixel, and a fence of `slivers` across each.
-fn clumps(slivers: usize) -> (Vec<Triangle>, Vec<[f32; 3]>, [f32; 3]) {
-    const CLUMPS: [[f32; 3]; 2] = [[-4.0, 0.0, 1.0], [5.0, 1.0, -2.0]];
+fn clumps(slivers: usize, corners: [[f32; 3]; 2], side: usize) -> (Vec<Triangle>, Vec<[f32; 3]>, [f32; 3]) {
     let light = [0.0, 10.0, 0.0];
     let mut positions = Vec::new();
-    for i in 0..80_000usize {
-        let (corner, x, z) = (CLUMPS[i % 2], i / 2 % 200, i / 400);
-        positions.push([corner[0] + x as f32 * 5e-6, corner[1], corner[2] + z as f32 * 5e-6]);
+    let step = 1e-3 / side as f32;
+    for i in 0..2 * side * side {
+        let (corner, x, z) = (corners[i % 2], i / 2 % side, i / (2 * side));
+        positions.push([corner[0] + x as f32 * step, corner[1], corner[2] + z as f32 * step]);
     }
     let mut triangles = Vec::new();
     let width = 1e-3 / slivers as f32;
     for k in 0..slivers {
-        for clump in CLUMPS {
+        for clump in corners {
             // Halfway to the light.
             let at = |x: f32, z: f32| [(clump[0] + x) / 2.0, (clump[1] + 10.0) / 2.0, (clump[2] + z) / 2.0];
             let x = k as f32 * width;
@@ -214,7 +217,7 @@ fn clumps(slivers: usize) -> (Vec<Triangle>, Vec<[f32; 3]>, [f32; 3]) {
 
 #[test]
 fn clumps_near_few_triangles_stay_together() {
-    let (triangles, positions, light) = clumps(3);
+    let (triangles, positions, light) = clumps(3, APART, 200);
     let expected = oracle(&triangles, &positions, light);
     let shadowed = expected.iter().filter(|m| **m == SHADOWED).count();
     assert!(shadowed > 10_000 && shadowed < 70_000, "{shadowed}");
@@ -237,8 +240,8 @@ fn clumps_near_few_triangles_stay_together() {
             assert!(mask == *expected);
             assert!(method.tiles.any_sparse);
             assert_eq!(counter(&stats, "loose_samples"), 0);
-            // Halves of blocks, parted by clump at most.
-            assert!(counter(&stats, "block_leaves") <= 4 * positions.len().div_ceil(BLOCK) as u64);
+            // A leaf for each block and clump.
+            assert!(counter(&stats, "block_leaves") <= 2 * positions.len().div_ceil(BLOCK) as u64);
             // All sixteen that share a tile have some of its samples, and share its triangles.
             let with_samples = method.tiles.region.iter().filter(|r| r.lo[0] <= r.hi[0]).count();
             assert!(with_samples >= 16, "{with_samples}");
@@ -247,8 +250,26 @@ fn clumps_near_few_triangles_stay_together() {
 }
 
 #[test]
+fn clumps_of_several_crowded_cells_stay_together() {
+    // A hundred widths apart: 256 cells in all, some two or three for each clump.
+    let (triangles, positions, light) = clumps(2, [[-4.0, 0.0, 1.0], [-3.9, 0.0, 1.1]], 800);
+    let expected = oracle(&triangles, &positions, light);
+    let shadowed = expected.iter().filter(|m| **m == SHADOWED).count();
+    assert!(shadowed > 100_000 && shadowed < 1_200_000, "{shadowed}");
+    let mut method = LightTiles::new(&Options::default());
+    let mut mask = vec![7; positions.len()];
+    let stats = method.shadow(&triangles, Samples::image(&positions, 1600), light, &mut mask).unwrap();
+    assert!(mask == expected);
+    let widest = method.tiles.grids[..FACES].iter().map(|grid| grid.sparse_shift).max().unwrap();
+    assert!(method.tiles.any_sparse && widest > 0, "{widest}");
+    assert_eq!(counter(&stats, "loose_samples"), 0);
+    let blocks = positions.len().div_ceil(BLOCK) as u64;
+    assert!(counter(&stats, "block_leaves") <= 2 * blocks, "{widest} {blocks} blocks, {:?}", stats.counters);
+}
+
+#[test]
 fn clumps_near_many_triangles_get_grids_of_their_own() {
-    let (triangles, positions, light) = clumps(40);
+    let (triangles, positions, light) = clumps(40, APART, 200);
     let expected = oracle(&triangles, &positions, light);
     let shadowed = expected.iter().filter(|m| **m == SHADOWED).count();
     assert!(shadowed > 10_000 && shadowed < 70_000, "{shadowed}");
