@@ -107,12 +107,12 @@ impl Region {
 /// Where directions are measured from, in the frame of a face: its axis, or a point (the anchor) that a far light looks at.
 ///
 /// With the anchor at `k` from the light, directions are `x - k.u / k.w` and `y - k.v / k.w`: a shear of space that leaves all tests as they
-/// are, but for constants. As computed from `p` minus anchor they are as exact as the samples are close together, and not only as exact as
-/// f32 can say where the light is.
+/// are, but for constants. They are computed from differences to the anchor, so that their rounding is in proportion to how close together the samples are,
+/// not to how far away the light is.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Aim {
-    /// The light, or the anchor: what points are held against.
     light: [f32; 3],
+    /// What directions are measured from: a point, or the light itself if there is none.
     anchor: [f32; 3],
     /// Direction of the anchor, rounded; at most 1.
     slope: [f32; 2],
@@ -122,7 +122,7 @@ pub struct Aim {
     least: f32,
 }
 
-/// Relative depths are off by some u at most (`bounds.md`), which is more than they are where all is at one depth.
+/// Relative depths are off by some u (`bounds.md`, "Aims"), which is more than nothing where all is at one depth.
 const DEPTH_LEAST: f32 = 16.0 * 0.5 * f32::EPSILON;
 
 impl Aim {
