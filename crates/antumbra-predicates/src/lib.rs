@@ -91,6 +91,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod aim;
 pub mod exact;
 pub mod filter;
 pub mod plane;

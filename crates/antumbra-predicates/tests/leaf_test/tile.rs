@@ -1,12 +1,11 @@
 //! First stage for tiles, and the plane test in f64: whatever they are certain of is true.
 #![expect(clippy::print_stdout, reason = "the tally is a result of the test")]
 
+use antumbra_predicates::aim::Aim;
 use antumbra_predicates::exact;
 use antumbra_predicates::filter::LIMIT;
 use antumbra_predicates::plane::PlaneResolver;
-use antumbra_predicates::tile::{
-    Aim, NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict,
-};
+use antumbra_predicates::tile::{NEAREST, Part, PartVerdict, Region, Tested, Tile, TileBlock, TileVerdict};
 use fearless_simd::{Level, SimdBase, dispatch, f32x8};
 
 use crate::cases::{Case, Point, Rng, line};

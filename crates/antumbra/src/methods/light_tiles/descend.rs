@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use antumbra_predicates::Triangle;
+use antumbra_predicates::aim::seen_bounds;
 use antumbra_predicates::filter::{KAPPA, LIMIT, TINY};
-use antumbra_predicates::tile::seen_bounds;
 use antumbra_predicates::vector::{abs, cross, cross_abs, dot, max3, scale, splat3, sub};
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 

@@ -6,8 +6,8 @@
 //! 1. [`grid`]: cells of directions around the light are gathered to tiles of some 3,000 to 12,000 samples each, fewer where samples are few.
 //!    [`sight`]: where a far light sees all samples in almost one direction, directions are measured from a point among them.
 //!    [`sparse`]: where few triangles are near many samples in no order, there is one tile for all.
-//! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles ([`leaf`]), with bounds of directions and nearness.
-//! 3. [`bin`]: each triangle goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
+//! 2. [`leaves`]: blocks of 8 x 4 pixels become leaves of tiles ([`leaf`]), with bounds of directions and nearness; [`parts`]: some are parted.
+//! 3. [`bin`]: each triangle is seen from the light ([`project`]) and goes to the lists of the tiles that it may shadow; large ones descend a tree over the tiles.
 //! 4. [`work`]: tile by tile, [`chunk`]: eight blocks of eight of a tile's triangles at a time,
 //! 5. [`pairs`]: blocks are tested against the leaves, then their triangles, then sample by sample; [`state`] is what is known of the samples.
 //!
@@ -29,7 +29,9 @@ mod leaves;
 mod lists;
 mod order;
 mod pairs;
+mod parts;
 mod prefetch;
+mod project;
 mod shuffle;
 mod sight;
 mod sparse;

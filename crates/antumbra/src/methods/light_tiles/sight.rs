@@ -2,8 +2,9 @@
 //! direction, a point among them ([`Aim`]). Differences of directions would be lost in the rounding of f32 otherwise: a hundred scene sizes away
 //! all bounds would be wider by half a pixel, ten thousand away by more than a tile.
 
+use antumbra_predicates::aim::Aim;
 use antumbra_predicates::filter::LIMIT;
-use antumbra_predicates::tile::{Aim, NEAREST, Region};
+use antumbra_predicates::tile::{NEAREST, Region};
 
 use super::frame::{FACES, Frame};
 use super::leaves::direction;

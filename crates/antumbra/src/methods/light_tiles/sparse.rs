@@ -5,15 +5,16 @@
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use antumbra_predicates::Triangle;
-use antumbra_predicates::tile::{Region, seen_bounds};
+use antumbra_predicates::aim::seen_bounds;
+use antumbra_predicates::tile::Region;
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch};
 use rayon::prelude::*;
 
-use super::bin::SeenEight;
 use super::descend::Caster;
 use super::frame::FACES;
 use super::grid::{Grid, NOTHING, Node, Point, Tiles};
 use super::prefetch::prefetch_eight;
+use super::project::SeenEight;
 use super::shuffle::corners;
 use super::sight::Sight;
 use super::tuning::{FEW_NEAR, LOOKED_AT, NEAR_EVERY, TRIANGLES};
