@@ -73,15 +73,11 @@ impl Aim {
         self.reach == 0.0
     }
 
-    /// How far from the anchor, in depth and relative to their own, points of the least and the largest nearness are, at most: it scales the
-    /// rounding of their directions. 1 if there is no anchor.
-    pub fn depth(&self, [least, most]: [f32; 2]) -> f32 {
-        (1.0 - self.reach * least).abs().max((1.0 - self.reach * most).abs()) + self.least
-    }
-
-    /// [`Aim::depth`] of the samples of a region.
+    /// How far from the anchor, in depth and relative to their own, the samples of a region are, at most: it scales the rounding of their directions.
+    /// 1 if there is no anchor.
     pub fn depth_of(&self, region: &Region) -> f32 {
-        self.depth([region.lo[2], region.hi[2]])
+        let [least, most] = [region.lo[2], region.hi[2]];
+        (1.0 - self.reach * least).abs().max((1.0 - self.reach * most).abs()) + self.least
     }
 
     /// What the bounds of tests are multiplied with along x and y, in a region: the largest direction in it, or what rounds it.
@@ -174,7 +170,7 @@ pub fn seen_bounds<S: Simd, const FAR: bool>(
     ]
 }
 
-/// [`Aim::depth`] of eight.
+/// [`Aim::depth_of`] what lies between two numbers of nearness, eight times.
 #[inline(always)]
 fn depth_between<S: Simd>(s: S, aim: &Aim, least: f32x8<S>, most: f32x8<S>) -> f32x8<S> {
     let one = f32x8::splat(s, 1.0);

@@ -451,7 +451,7 @@ impl Tiles {
         inside.then_some(at)
     }
 
-    /// Which of 32 directions are in the cells of a tile that is no part of a crowded cell; bits.
+    /// Which of 32 directions are in the cells of a tile of the face's own grid, or within the margin beside them; bits.
     #[inline(always)]
     pub(super) fn same_cells<S: Simd>(
         &self,
@@ -659,7 +659,7 @@ impl Tiles {
             |g: &Grid| (g.cells.len() + g.counts.iter().chain(&g.nodes).map(Vec::len).sum::<usize>()) * 4;
         self.grids[..self.used].iter().map(grid).sum::<usize>()
             + self.nodes.len() * size_of::<Node>()
-            // Region, cells, list; face, level, and whether few triangles are near.
-            + self.len() * (size_of::<Region>() + size_of::<[u16; 4]>() + 4 + 3)
+            // Region, steps, cells, list; face, level, and whether few triangles are near.
+            + self.len() * (size_of::<Region>() + size_of::<Steps>() + size_of::<[u16; 4]>() + 4 + 3)
     }
 }

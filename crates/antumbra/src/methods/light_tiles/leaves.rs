@@ -201,7 +201,7 @@ fn settle<S: Simd>(s: S, pass: &Pass<'_>, batch: &mut Batch, out: &mut Gathered)
 
 /// Samples of a block from the light.
 #[inline(always)]
-pub(super) fn from_light<S: Simd>(pass: &Pass<'_>, p: [[f32x8<S>; 4]; 3]) -> [[f32x8<S>; 4]; 3] {
+fn from_light<S: Simd>(pass: &Pass<'_>, p: [[f32x8<S>; 4]; 3]) -> [[f32x8<S>; 4]; 3] {
     let l = pass.light;
     [
         [p[0][0] - l[0], p[0][1] - l[0], p[0][2] - l[0], p[0][3] - l[0]],

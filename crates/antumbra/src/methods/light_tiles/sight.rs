@@ -1,6 +1,6 @@
 //! What a face of the cube measures directions from: its axis, or, if the light is so far away that it sees all samples in almost one
 //! direction, a point among them ([`Aim`]). Differences of directions would be lost in the rounding of f32 otherwise: a hundred scene sizes away
-//! all bounds would be wider by half a pixel, ten thousand away by more than a tile.
+//! all bounds would be wider by half a pixel, ten thousand away by fifty.
 
 use antumbra_predicates::aim::Aim;
 use antumbra_predicates::filter::LIMIT;
@@ -8,17 +8,7 @@ use antumbra_predicates::tile::{NEAREST, Region};
 
 use super::frame::{FACES, Frame};
 use super::leaves::direction;
-
-/// Faces whose samples are seen within so small a part of the face, and of their distance, measure from a point among them. Wider ones
-/// would gain next to nothing.
-const NARROW: f32 = 1.0 / 32.0;
-
-/// Samples that are looked at, and places where they are looked for, at most.
-const LOOKED_AT: u32 = 64;
-const PLACES: u32 = 256;
-
-/// A face with less of them than this says nothing.
-const FEW: u32 = 8;
+use super::tuning::{NARROW, SIGHT_LEAST, SIGHT_PLACES, SIGHT_SAMPLES};
 
 /// How a face sees.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,7 +39,7 @@ impl Sights {
     pub(super) fn new(light: [f32; 3], positions: &[[f32; 3]]) -> Sights {
         let (mut bounds, mut counts) = ([Region::EMPTY; FACES], [0; FACES]);
         let mut all = 0;
-        for i in 0..PLACES {
+        for i in 0..SIGHT_PLACES {
             // Multiples of the golden ratio are spread evenly, whatever repeats in a picture.
             let part = u64::from(i.wrapping_mul(0x9e37_79b9));
             let Some(&p) = positions.get(((part * positions.len() as u64) >> 32) as usize) else {
@@ -59,13 +49,13 @@ impl Sights {
                 bounds[face] = bounds[face].union(&Region { lo: at, hi: at });
                 counts[face] += 1;
                 all += 1;
-                if all == LOOKED_AT {
+                if all == SIGHT_SAMPLES {
                     break;
                 }
             }
         }
         let faces = std::array::from_fn(|face| {
-            let bounds = if counts[face] < FEW { Region::EMPTY } else { bounds[face] };
+            let bounds = if counts[face] < SIGHT_LEAST { Region::EMPTY } else { bounds[face] };
             Sight::new(Frame::of(face), light, &bounds)
         });
         Sights { faces, any_far: faces.iter().any(|sight| !sight.aim.is_straight()) }

@@ -1,5 +1,14 @@
 //! Numbers that are neither right nor wrong; the mask does not depend on them. What they must be is asserted where they are used.
 
+/// Faces whose samples are seen within so small a part of the face, and of their distance, measure directions from a point among them
+/// ([`super::sight`]). With 1/16 a forest gains a twentieth from a light ten scene sizes away, and simple scenes lose as much.
+pub(super) const NARROW: f32 = 1.0 / 32.0;
+
+/// Samples that are looked at for that, places where they are looked for at most, and how many a face must have to say something.
+pub(super) const SIGHT_SAMPLES: u32 = 64;
+pub(super) const SIGHT_PLACES: u32 = 256;
+pub(super) const SIGHT_LEAST: u32 = 8;
+
 /// Tiles are chosen from one sample of every block of every so many rows.
 pub(super) const EVERY: usize = 4;
 
