@@ -96,7 +96,7 @@ impl LightTiles {
         LightTiles::with_capacity(options, CAPACITY)
     }
 
-    /// With room for about `entries` list entries of 8 bytes (a triangle in a tile is one; several of eight that follow one another, with their bounds, are four); what does not fit is done in rounds.
+    /// With room for about `entries` list entries of 8 bytes (a triangle in a tile is one; several of eight that follow one another, with their bounds, are two); what does not fit is done in rounds.
     pub fn with_capacity(options: &Options, entries: usize) -> LightTiles {
         LightTiles {
             isa: options.isa,
